@@ -1,0 +1,33 @@
+"""Differentiable reference for light scattering from hair fibers.
+
+Definitions, and how they differ from the papers: theta is the inclination from the
+normal plane, phi = phi_o - phi_i, both directions point away from the fiber,
+theta_d = (theta_o - theta_i)/2. M carries no 1/cos(theta_o); `evaluate` returns
+S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe widths are
+standard deviations in radians, lengths are in fiber radii.
+"""
+
+from fiberjax.azimuthal import N as N
+from fiberjax.circular import trimmed_logistic as trimmed_logistic
+from fiberjax.circular import wrapped_normal as wrapped_normal
+from fiberjax.farfield import albedo as albedo
+from fiberjax.farfield import evaluate as evaluate
+from fiberjax.farfield import lobe as lobe
+from fiberjax.farfield import pdf as pdf
+from fiberjax.farfield import pdf_smooth as pdf_smooth
+from fiberjax.fiber import Fiber as Fiber
+from fiberjax.fiber import check as check
+from fiberjax.frame import from_angles as from_angles
+from fiberjax.frame import to_angles as to_angles
+from fiberjax.fresnel import reflectance as reflectance
+from fiberjax.path import A as A
+from fiberjax.path import A_rest as A_rest
+from fiberjax.path import Phi as Phi
+from fiberjax.path import eta_prime as eta_prime
+from fiberjax.path import transmittance as transmittance
+from fiberjax.rules import GaussGamma as GaussGamma
+from fiberjax.rules import GaussH as GaussH
+from fiberjax.sampling import Sample as Sample
+from fiberjax.sampling import sample as sample
+from fiberjax.spherical import M as M
+from fiberjax.spherical import sample_M as sample_M

@@ -1,0 +1,87 @@
+"""The azimuthal function N of a rough fiber."""
+
+from functools import partial
+
+import jax
+
+from fiberjax._types import Floats, Reals, choice, floats, lobe_number
+from fiberjax.circular import DETECTORS
+from fiberjax.path import ray
+from fiberjax.rules import DEFAULT, Density, Rule, check_rule
+
+
+def detector_density(detector: str, beta_n: Floats) -> Density:
+    """The density of roughness beta_n named `detector`; ValueError if there is none."""
+    choice("detector", detector, tuple(DETECTORS))
+    return lambda x: DETECTORS[detector](x, beta_n)
+
+
+def check_sigma_a(sigma_a: Floats | None) -> None:
+    """ValueError unless sigma_a is None, a number or a vector of colors."""
+    if sigma_a is not None and sigma_a.ndim > 1:
+        raise ValueError(f"sigma_a has shape {sigma_a.shape}: must be () or (C,)")
+
+
+def drop_color(value: Floats, sigma_a: Floats | None) -> Floats:
+    """Without the color axis of length 1, where sigma_a has none."""
+    return value if sigma_a is not None and sigma_a.ndim else value[..., 0]
+
+
+@partial(jax.jit, static_argnames=("p", "rule", "detector"))
+def _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector):
+    density = detector_density(detector, beta_n)
+
+    def weight(offset):
+        return ray(offset, theta_d, eta, sigma_a).A(p)
+
+    value = rule.convolve(weight, p, phi, theta_d, eta, density)
+    return drop_color(value, sigma_a)
+
+
+def N(
+    p: int,
+    phi: Reals,
+    theta_d: Reals,
+    *,
+    eta: Reals,
+    sigma_a: Reals | None,
+    beta_n: Reals,
+    rule: Rule = DEFAULT,
+    detector: str = "normal",
+) -> Floats:
+    """Azimuthal scattering function of lobe p of a rough fiber, per radian.
+
+    N_p(phi) = 1/2 int_{-1}^{1} A(p, h) D(phi - Phi(p, h)) dh. It is even in phi and in
+    theta_d, and int N_p dphi = 1/2 int A(p, h) dh.
+
+    Args:
+        p: number of internal segments, a static integer >= 0.
+        phi: azimuth phi_o - phi_i in radians, any real.
+        theta_d: difference angle (theta_o - theta_i)/2 in radians, [-pi/2, pi/2].
+        eta: index of refraction, >= 1; broadcasts with the angles.
+        sigma_a: absorption per fiber radius, >= 0, shape () or (C,); None if clear.
+        beta_n: azimuthal roughness, the standard deviation of D in radians, > 0;
+            broadcasts with the angles.
+        rule: how to integrate, static.
+        detector: D, static: "normal" (wrapped normal, d'Eon) or "logistic" (trimmed
+            logistic of scale sqrt(pi/8) beta_n, Chiang).
+
+    Returns:
+        Density per radian, shape broadcast(angles) + sigma_a.shape, dtype of the
+        angles.
+
+    Raises:
+        ValueError: p negative or not static, sigma_a of more than one axis, unknown
+            rule or detector.
+
+    Reference: d'Eon et al. 2011; 2013, eq. 4.
+    """
+    p = lobe_number("p", p)
+    check_rule(rule)
+    phi, theta_d, eta, beta_n, *sigma = floats(
+        (phi, theta_d), (eta, beta_n) if sigma_a is None else (eta, beta_n, sigma_a)
+    )
+    sigma_a = sigma[0] if sigma else None
+    check_sigma_a(sigma_a)
+    choice("detector", detector, tuple(DETECTORS))
+    return _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector)

@@ -1,0 +1,85 @@
+"""The static choices of the far-field model, and what its parts let through."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+
+from fiberjax._types import Floats, choice, lobe_number
+from fiberjax.circular import DETECTORS
+from fiberjax.fiber import Fiber, LobeShape, cone, fold, lobe_shape, rest_shape
+from fiberjax.path import Offset, ray
+from fiberjax.rules import Rule, check_rule
+
+INCIDENCES = ("theta_d", "theta_i")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Which lobes, and by which rules: everything about the model that is not a number.
+
+    A part is a lobe p, or P = max(lobes) + 1 for the rest, all lobes from P on.
+    """
+
+    lobes: tuple[int, ...]
+    rest: bool
+    rule: Rule
+    detector: str
+    incidence: str
+
+    def __post_init__(self):
+        if not isinstance(self.lobes, Sequence) or not self.lobes:
+            raise ValueError(f"lobes = {self.lobes!r}: must be a non-empty tuple")
+        lobes = tuple(lobe_number("lobes", p) for p in self.lobes)
+        if len(set(lobes)) < len(lobes):
+            raise ValueError(f"lobes = {lobes}: must not name a lobe twice")
+        object.__setattr__(self, "lobes", lobes)
+        object.__setattr__(self, "rest", bool(self.rest))
+        check_rule(self.rule)
+        choice("detector", self.detector, tuple(DETECTORS))
+        choice("incidence", self.incidence, INCIDENCES)
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The lobes, and P if there is a rest."""
+        return (*self.lobes, self.tail) if self.rest else self.lobes
+
+    @property
+    def tail(self) -> int:
+        """P, the first lobe of the rest."""
+        return max(self.lobes) + 1
+
+    def shape(self, fiber: Fiber, part: int) -> LobeShape:
+        """Tilt and widths of a part."""
+        return rest_shape(fiber) if part == self.tail else lobe_shape(fiber, part)
+
+    def inclination(self, theta_i: Floats, theta_o: Floats) -> Floats:
+        """The angle at which attenuations and eta' are taken."""
+        return (theta_o - theta_i) / 2 if self.incidence == "theta_d" else theta_i
+
+    def attenuation(
+        self, fiber: Fiber, part: int, offset: Offset, inclination: Floats
+    ) -> Floats:
+        """A_p(h), or its sum over the rest, with a trailing color axis."""
+        one = ray(offset, inclination, fiber.eta, fiber.sigma_a)
+        return one.A_rest(part) if part == self.tail else one.A(part)
+
+    def selection(
+        self, fiber: Fiber, theta_i: Floats, offset: Offset
+    ) -> tuple[Floats, Any]:
+        """Probability w_p(h) of choosing each part, and whether any light is left.
+
+        The probabilities, stacked on a last axis, are in proportion to the channel mean
+        of the attenuations at each part's specular cone, folded where it has passed a
+        pole; they are equal where all attenuations vanish.
+        """
+        spec = []
+        for part in self.parts:
+            cone_p = fold(cone(theta_i, self.shape(fiber, part)))
+            inclination = self.inclination(theta_i, cone_p)
+            spec.append(self.attenuation(fiber, part, offset, inclination).mean(-1))
+        stacked = jnp.stack(jnp.broadcast_arrays(*spec), -1)
+        alive = stacked.sum(-1) > 0
+        stacked = jnp.where(alive[..., None], stacked, 1)
+        return stacked / stacked.sum(-1, keepdims=True), alive

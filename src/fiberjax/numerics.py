@@ -1,0 +1,103 @@
+"""Square root, quotient and Bessel ratios whose derivatives stay finite and accurate.
+
+The only `where`s that guard a singular derivative stand here: the argument is replaced
+by a harmless one before the singular operation, so that no NaN enters a gradient.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from math import factorial
+
+import jax.numpy as jnp
+import numpy as np
+
+from fiberjax._types import Floats
+
+
+def sqrt(x: Floats) -> Floats:
+    """sqrt(x); at x <= 0 the value is 0 and so is the derivative."""
+    positive = x > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1)), 0)
+
+
+def quotient(x: Floats, y: Floats, otherwise: float) -> Floats:
+    """x/y; the constant `otherwise` where y = 0."""
+    nonzero = y != 0
+    return jnp.where(nonzero, x / jnp.where(nonzero, y, 1), otherwise)
+
+
+def power_series(coefficients: Sequence[float], y: Floats) -> Floats:
+    """sum_k c_k y^k by Horner's rule, with a short fixed number of terms."""
+    total = jnp.full_like(y, coefficients[-1])
+    for c in coefficients[-2::-1]:
+        total = total * y + c
+    return total
+
+
+_TERMS = range(14)  # 1/(14!)^2 and 4^14/29! are below 1e-20
+
+
+def langevin(x: Floats) -> Floats:
+    """L(x) = coth x - 1/x for 0 <= x <= 2, without cancellation.
+
+    Both x cosh x - sinh x and x sinh x are power series with positive terms.
+    """
+    y = x * x
+    numerator = [2 * (k + 1) / factorial(2 * k + 3) for k in _TERMS]
+    denominator = [1 / factorial(2 * k + 1) for k in _TERMS]
+    return x * power_series(numerator, y) / power_series(denominator, y)
+
+
+def _bessel_ratio_small(a: Floats) -> Floats:
+    """I1(a)/I0(a) for |a| <= 2, from the two power series."""
+    y = a * a / 4
+    i0 = [1 / factorial(k) ** 2 for k in _TERMS]
+    i1 = [1 / (factorial(k) * factorial(k + 1)) for k in _TERMS]
+    return a / 2 * power_series(i1, y) / power_series(i0, y)
+
+
+@cache
+def _complement_coefficients() -> tuple[float, ...]:
+    """Chebyshev coefficients of e(w), w = 1/a in (0, 1/2], 1 - I1/I0 = w/2 + w^2 e(w).
+
+    With J_k = int_0^pi (1 - cos t)^k exp(-a (1 - cos t)) dt, integration by parts gives
+    1 - I1/I0 = J_1/J_0 = (1 + a J_2/J_0)/(1 + 2a), hence
+    e = (2 a^2 J_2/J_0 - 1) a/(2 (1 + 2a)), which cancels only a factor of 3.
+    The integrands are smooth and periodic: the midpoint rule is exact to rounding.
+    """
+    count, samples = 32, 4096
+    s = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    a = 4 / (1 + s)
+    y = 1 - np.cos(np.pi * (np.arange(samples) + 0.5) / samples)
+    density = np.exp(-a[:, None] * y)
+    e = 2 * a**2 * (density @ y**2) / density.sum(1) - 1
+    e *= a / (2 * (1 + 2 * a))
+    coefficients = np.polynomial.chebyshev.chebfit(s, e, count - 1)
+    return tuple(float(c) for c in coefficients)
+
+
+def _bessel_complement_large(a: Floats) -> Floats:
+    """1 - I1(a)/I0(a) for a >= 2; derivatives are those of the Chebyshev series."""
+    w = 1 / a
+    s = 4 * w - 1
+    eps = float(jnp.finfo(a.dtype).eps)
+    coefficients = [c for c in _complement_coefficients() if abs(c) > eps / 8]
+    # Clenshaw's recurrence.
+    b, b_next = jnp.zeros_like(s), jnp.zeros_like(s)
+    for c in coefficients[:0:-1]:
+        b, b_next = c + 2 * s * b - b_next, b
+    e = coefficients[0] + s * b - b_next
+    return w / 2 + w * w * e
+
+
+def bessel_ratio(a: Floats) -> tuple[Floats, Floats]:
+    """(r, 1 - r) with r = I1(a)/I0(a), for any real a; r is odd.
+
+    1 - r keeps its relative accuracy as a grows, where it tends to 1/(2a).
+    """
+    size = jnp.abs(a)
+    large = size > 2
+    small_r = _bessel_ratio_small(jnp.where(large, 0, a))
+    complement = _bessel_complement_large(jnp.where(large, size, 3))
+    r = jnp.where(large, jnp.sign(a) * (1 - complement), small_r)
+    return r, jnp.where(a > 2, complement, 1 - r)

@@ -1,0 +1,220 @@
+"""One ray through a smooth circular fiber: where it leaves and what is left of it.
+
+Lobe p is the number of internal segments: 0 R, 1 TT, 2 TRT, 3 TRRT. The ray enters at
+the signed offset h = sin(gamma_i) in [-1, 1], in units of the fiber's radius.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from fiberjax import numerics
+from fiberjax._types import Floats, Reals, floats, lobe_number
+from fiberjax.fresnel import Interface, interface
+
+
+def eta_prime(theta_d: Reals, eta: Reals) -> Floats:
+    """Index of refraction as seen in the projection onto the normal plane (Bravais).
+
+    eta' = sqrt(eta^2 - sin^2 theta_d)/cos theta_d, evaluated as
+    sqrt(cos^2 theta_d + (eta - 1)(eta + 1))/|cos theta_d|, exact as eta -> 1.
+
+    Args:
+        theta_d: difference angle (theta_o - theta_i)/2 in radians, [-pi/2, pi/2].
+        eta: index of refraction, >= 1.
+
+    Returns:
+        eta' >= 1, shape broadcast(theta_d, eta), dtype of theta_d.
+
+    Reference: d'Eon et al. 2013, section 3; erratum: the sine is printed unsquared.
+    """
+    theta_d, eta = floats((theta_d,), (eta,))
+    c = jnp.abs(jnp.cos(theta_d))
+    return jnp.sqrt(c * c + (eta - 1) * (eta + 1)) / c
+
+
+def Phi(p: int, h: Reals, eta_p: Reals) -> Floats:
+    """Azimuth at which the ray of offset h leaves after p internal segments.
+
+    Phi = 2 p gamma_t - 2 gamma_i + p pi, gamma_i = asin h, gamma_t = asin(h/eta').
+    Evaluated by atan2, so that nothing is lost where eta' and |h| are close to 1.
+    dPhi/dh is infinite at |h| = 1; everything else is finite.
+
+    Args:
+        p: number of internal segments, a static integer >= 0.
+        h: offset, in [-1, 1].
+        eta_p: eta' of `eta_prime`, >= 1.
+
+    Returns:
+        Change of azimuth in radians, not wrapped; shape broadcast(h, eta_p), dtype
+        of h.
+
+    Raises:
+        ValueError: p is not a static integer >= 0.
+
+    Reference: d'Eon et al. 2013, eq. 3; erratum: there eta = asin h and
+    gamma_i = asin(h/eta') are printed for gamma_i and gamma_t.
+    """
+    p = lobe_number("p", p)
+    h, eta_p = floats((h,), (eta_p,))
+    gamma_i = jnp.atan2(h, jnp.sqrt((1 - h) * (1 + h)))
+    if p == 0:
+        return jnp.broadcast_to(
+            -2 * gamma_i, jnp.broadcast_shapes(h.shape, eta_p.shape)
+        )
+    # The ratio of both arguments to eta' keeps eta' = inf (theta_d = 90 deg) finite.
+    sine = h / eta_p
+    gamma_t = jnp.atan2(sine, jnp.sqrt((1 - sine) * (1 + sine)))
+    return 2 * p * gamma_t - 2 * gamma_i + p * jnp.pi
+
+
+def transmittance(h: Reals, theta_d: Reals, eta: Reals, sigma_a: Reals) -> Floats:
+    """Fraction of light that one internal segment lets through.
+
+    T = exp(-sigma_a 2 cos gamma_t/cos theta_t), sin theta_t = sin(theta_d)/eta. The
+    length is evaluated as 2 eta g/(eta^2 - 1 + cos^2 theta_d),
+    g = sqrt(eta^2 - 1 + cos^2(theta_d)(1 - h^2)): no angle is formed.
+
+    Args:
+        h: offset, in [-1, 1].
+        theta_d: difference angle in radians, [-pi/2, pi/2].
+        eta: index of refraction, >= 1.
+        sigma_a: absorption per fiber radius, >= 0. All four broadcast; for colors
+            append an axis to the others.
+
+    Returns:
+        T in [0, 1], shape of the broadcast, dtype of h and theta_d. At eta = 1, |h| = 1
+        the derivatives in h and eta are infinite from one side; 0 is returned.
+
+    Reference: d'Eon et al. 2011; erratum: Karis 2016 prints about twice this path.
+    """
+    h, theta_d, eta, sigma_a = floats((h, theta_d), (eta, sigma_a))
+    c = jnp.cos(theta_d)
+    k = (eta - 1) * (eta + 1)
+    g = numerics.sqrt(k + c * c * ((1 - h) * (1 + h)))
+    return jnp.exp(-sigma_a * (2 * eta * g / (k + c * c)))
+
+
+def A(p: int, F: Reals, T: Reals, transmitted: Reals | None = None) -> Floats:
+    """Attenuation of lobe p: what is left after its surface interactions and segments.
+
+    A_0 = F, A_p = (1 - F)^2 F^(p-1) T^p.
+
+    Args:
+        p: number of internal segments, a static integer >= 0.
+        F: Fresnel reflectance, in [0, 1].
+        T: transmittance of one segment, in [0, 1].
+        transmitted: 1 - F where it is known better than by subtraction.
+
+    Returns:
+        A_p in [0, 1], shape broadcast(F, T), their dtype.
+
+    Raises:
+        ValueError: p is not a static integer >= 0.
+
+    Reference: d'Eon et al. 2011; Chiang et al. 2016.
+    """
+    p = lobe_number("p", p)
+    F, T = floats((F, T))
+    if p == 0:
+        return jnp.broadcast_to(F, jnp.broadcast_shapes(F.shape, T.shape))
+    passed = 1 - F if transmitted is None else jnp.asarray(transmitted, F.dtype)
+    return passed**2 * F ** (p - 1) * T**p
+
+
+def A_rest(
+    p: int,
+    F: Reals,
+    T: Reals,
+    transmitted: Reals | None = None,
+    absorbed: Reals | None = None,
+) -> Floats:
+    """Attenuation of all lobes from p on, summed in closed form.
+
+    sum_{q >= p} A_q = (1 - F)^2 F^(p-1) T^p/(1 - F T), with the denominator as
+    (1 - F) + F (1 - T), which does not cancel. At F = T = 1 it is 0, its limit.
+
+    Args:
+        p: first lobe of the sum, a static integer >= 1.
+        F: Fresnel reflectance, in [0, 1].
+        T: transmittance of one segment, in [0, 1].
+        transmitted: 1 - F where it is known better than by subtraction.
+        absorbed: 1 - T where it is known better than by subtraction.
+
+    Returns:
+        The sum, in [0, 1], shape broadcast(F, T), their dtype.
+
+    Raises:
+        ValueError: p is not a static integer >= 1.
+
+    Reference: d'Eon et al. 2011; Chiang et al. 2016, A_pmax.
+    """
+    p = lobe_number("p", p, lowest=1)
+    F, T = floats((F, T))
+    passed = 1 - F if transmitted is None else jnp.asarray(transmitted, F.dtype)
+    lost = 1 - T if absorbed is None else jnp.asarray(absorbed, F.dtype)
+    share = numerics.quotient(passed, passed + F * lost, otherwise=1.0)
+    return passed * share * F ** (p - 1) * T**p
+
+
+class Offset(NamedTuple):
+    """An offset h = sin gamma in (-1, 1), as the angle and both its functions.
+
+    Carrying the cosine keeps grazing rays accurate.
+    """
+
+    gamma: Floats
+    sin: Floats
+    cos: Floats
+
+
+class Ray(NamedTuple):
+    """Attenuation of a ray: the surface, and one segment of the inside.
+
+    All carry a trailing color axis, of length 1 where there is no color. `absorbed` is
+    1 - T from its own formula; it and T are None for a clear fiber.
+    """
+
+    surface: Interface
+    T: Floats | None
+    absorbed: Floats | None
+
+    def A(self, p: int) -> Floats:
+        """A_p of this ray."""
+        F, passed, _ = self.surface
+        return A(p, F, 1.0 if self.T is None else self.T, passed)
+
+    def A_rest(self, p: int) -> Floats:
+        """Sum of A_q of this ray over q >= p."""
+        F, passed, _ = self.surface
+        if self.T is None:
+            # (1 - F)^2/(1 - F T) is 1 - F.
+            return passed * F ** (p - 1)
+        return A_rest(p, F, self.T, passed, self.absorbed)
+
+
+def ray(offset: Offset, theta_d: Floats, eta: Floats, sigma_a: Floats | None) -> Ray:
+    """The ray that enters at `offset`, with sigma_a of shape () or (C,), or None."""
+    c = jnp.abs(jnp.cos(theta_d))
+    surface = Interface(*(x[..., None] for x in interface(c * offset.cos, eta)))
+    if sigma_a is None:
+        return Ray(surface, None, None)
+    k = (eta - 1) * (eta + 1) + c * c
+    depth = jnp.atleast_1d(sigma_a) * (2 * surface.g * (eta / k)[..., None])
+    return Ray(surface, jnp.exp(-depth), -jnp.expm1(-depth))
+
+
+def refraction(offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+    """gamma_t = asin(h/eta') = atan2(|cos theta_d| sin gamma, g).
+
+    eta' is never formed, so theta_d = 90 deg and eta = 1 need no care.
+    """
+    c = jnp.abs(jnp.cos(theta_d))
+    return jnp.atan2(c * offset.sin, interface(c * offset.cos, eta).g)
+
+
+def deflection(p: int, offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+    """Phi - p pi = 2 p gamma_t - 2 gamma_i, an odd function of the offset."""
+    if p == 0:
+        return -2 * offset.gamma
+    return 2 * p * refraction(offset, theta_d, eta) - 2 * offset.gamma

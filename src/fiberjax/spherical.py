@@ -1,0 +1,145 @@
+"""The longitudinal density M and its sampler.
+
+M is what a spherical Gaussian makes of the specular cone: a cone of inclination
+theta_cone, convolved on the sphere with a von Mises-Fisher density of variance v.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from fiberjax import numerics
+from fiberjax._types import Floats, Reals, floats
+
+
+@jax.custom_jvp
+def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
+    x = 1 / v
+    E = -2 * x * jnp.sin((theta_o - theta_c) / 2) ** 2
+    a = x * jnp.cos(theta_c) * jnp.cos(theta_o)
+    # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
+    # another order the exponent would lose a digit for each digit of 1/v.
+    bessel = jax.scipy.special.i0e(a)
+    return jnp.exp(E + (jnp.abs(a) - a)) * bessel / (-v * jnp.expm1(-2 * x))
+
+
+def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
+    """Derivatives of log M in theta_c, theta_o and v, in forms without cancellation.
+
+    Differentiating i0e gives i1e - i0e, which loses every digit at large a. With
+    r = I1(a)/I0(a) and 1 - r known separately, two forms cover everything.
+    """
+    x = 1 / v
+    sin_c, cos_c = jnp.sin(theta_c), jnp.cos(theta_c)
+    sin_o, cos_o = jnp.sin(theta_o), jnp.cos(theta_o)
+    D = theta_o - theta_c
+    a = x * cos_c * cos_o
+    r, rest = numerics.bessel_ratio(a)
+    peaked = a > 2
+    by_o = jnp.where(
+        peaked,
+        -jnp.sin(D) + cos_c * sin_o * rest,
+        sin_c * cos_o - cos_c * sin_o * r,
+    )
+    by_c = jnp.where(
+        peaked,
+        jnp.sin(D) + cos_o * sin_c * rest,
+        sin_o * cos_c - cos_o * sin_c * r,
+    )
+    narrow = x > 2
+    y = jnp.where(narrow, x, 3)
+    tail = -2 * jnp.exp(-2 * y) / jnp.expm1(-2 * y)  # 2/expm1(2y) without overflow
+    by_x = jnp.where(
+        narrow,
+        -2 * jnp.sin(D / 2) ** 2 - cos_c * cos_o * rest + (1 / y - tail),
+        sin_c * sin_o + cos_c * cos_o * r - numerics.langevin(jnp.where(narrow, 1, x)),
+    )
+    return x * by_c, x * by_o, -x * x * by_x
+
+
+@_M.defjvp
+def _M_jvp(primals, tangents):
+    value = _M(*primals)
+    slopes = _log_M_derivatives(*primals)
+    return value, value * sum(s * t for s, t in zip(slopes, tangents, strict=True))
+
+
+def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:
+    """Longitudinal density around the specular cone of inclination theta_cone.
+
+    M = csch(1/v)/(2v) exp(sin theta_cone sin theta_o/v)
+        I0(cos theta_cone cos theta_o/v),
+    evaluated as exp(E + |a| - a) I0e(a)/(-v expm1(-2/v)) with
+    E = -2 sin^2((theta_o - theta_cone)/2)/v and a = cos theta_cone cos theta_o/v: one
+    form for every v, with first and second derivatives of their own. Relative error
+    within (4 + 2|E|) eps for v in [1e-8, 1e4]. Symmetric in the two angles, and
+    unchanged if a cone past the pole is folded back.
+
+    Args:
+        theta_cone: inclination of the cone in radians; -theta_i without tilt.
+        theta_o: outgoing inclination in radians, [-pi/2, pi/2].
+        v: variance beta^2 in radians^2, > 0.
+
+    Returns:
+        Density with int M cos(theta_o) dtheta_o = 1 over [-pi/2, pi/2], finite at the
+        poles; shape of the broadcast, dtype of the angles.
+
+    Reference: d'Eon et al. 2013, eq. 5, without its factor 1/cos(theta_o); that factor
+    goes with a second cosine in the measure.
+    """
+    theta_cone, theta_o, v = floats((theta_cone, theta_o), (v,))
+    return _M(*jnp.broadcast_arrays(theta_cone, theta_o, v))
+
+
+def open_unit(u: Floats) -> Floats:
+    """Centers of the cells of a uniform number of [0, 1): a number in (0, 1)."""
+    eps = jnp.finfo(u.dtype).eps
+    return jnp.minimum(u + eps / 2, 1 - eps / 2)
+
+
+def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats:
+    """`sample_M` in terms of beta = sqrt(v), differentiable at beta = 0."""
+    xi = open_unit(u0)
+    v = beta * beta
+    # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
+    broad = v > 0.05
+    t = xi * jnp.where(broad, -jnp.expm1(-2 / jnp.where(broad, v, 1)), 1)
+    far = t > 0.3
+    depth = -jnp.where(
+        far, jnp.log(1 - jnp.where(far, t, 0.5)), jnp.log1p(-jnp.where(far, 0, t))
+    )
+    w = jnp.minimum(v * depth, 2)  # 1 - cosine of the angle off the cone
+    s = beta * numerics.sqrt(depth * (2 - w))
+    psi = 2 * jnp.pi * u1
+    sin_c, cos_c = jnp.sin(theta_c), jnp.cos(theta_c)
+    along = (1 - w) * sin_c + s * jnp.cos(psi) * cos_c
+    out = (1 - w) * cos_c - s * jnp.cos(psi) * sin_c
+    across = s * jnp.sin(psi)
+    return jnp.atan2(along, numerics.sqrt(out * out + across * across))
+
+
+def sample_M(theta_cone: Reals, v: Reals, u: Reals) -> Floats:
+    """An inclination drawn from M exactly: the density of theta_o is M cos(theta_o).
+
+    The cosine of the angle off the cone is 1 + v log(1 - xi (1 - exp(-2/v))), the
+    azimuth around the cone's direction 2 pi u1; theta_o is the inclination of that
+    point. Evaluated through w = 1 - cosine and an atan2, accurate as v -> 0.
+
+    Args:
+        theta_cone: inclination of the cone in radians.
+        v: variance in radians^2, > 0.
+        u: uniform numbers in [0, 1), shape (..., 2). The first is moved to the center
+            of its cell of width eps, so that 0 and 1 - eps/2 are allowed.
+
+    Returns:
+        theta_o in radians, [-pi/2, pi/2], shape broadcast(theta_cone, v, u[..., 0]),
+        dtype of theta_cone.
+
+    Raises:
+        ValueError: the last axis of u is not 2.
+
+    Reference: d'Eon et al. 2013, eq. 6 and 7; Jakob 2012 for the form in xi.
+    """
+    if jnp.shape(u)[-1:] != (2,):
+        raise ValueError(f"u has shape {jnp.shape(u)}: the last axis must be 2")
+    theta_cone, v, u = floats((theta_cone,), (v, u))
+    return sample_cone(theta_cone, jnp.sqrt(v), u[..., 0], u[..., 1])

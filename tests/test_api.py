@@ -1,0 +1,238 @@
+"""What every public function owes: jit, vmap, derivatives, dtype, errors."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import fiberjax as fj
+
+FIBER = fj.Fiber(alpha=-0.03, sigma_a=(0.2, 0.6))
+U5 = (0.31, 0.62, 0.23, 0.84, 0.45)
+WI, WO, TANGENT = (0.3, 0.8, -0.2), (-0.5, 0.1, 0.7), (1.0, 0.2, 0.1)
+
+# Each public function of numbers: a callable of float arguments, and where it is tried.
+CASES = {
+    "reflectance": (fj.reflectance, (0.4, 1.55)),
+    "eta_prime": (fj.eta_prime, (0.4, 1.55)),
+    "Phi": (lambda h, e: fj.Phi(2, h, e), (0.4, 1.7)),
+    "transmittance": (fj.transmittance, (0.4, 0.3, 1.55, 0.7)),
+    "A": (lambda F, T: fj.A(2, F, T), (0.1, 0.6)),
+    "A_rest": (lambda F, T: fj.A_rest(3, F, T), (0.1, 0.6)),
+    "M": (fj.M, (-0.3, 0.2, 0.1)),
+    "sample_M": (lambda c, v, u: fj.sample_M(c, v, u), (-0.3, 0.1, (0.4, 0.7))),
+    "wrapped_normal": (fj.wrapped_normal, (1.2, 0.6)),
+    "trimmed_logistic": (fj.trimmed_logistic, (1.2, 0.4)),
+    "N": (
+        lambda f, t, e, s, b: fj.N(1, f, t, eta=e, sigma_a=s, beta_n=b),
+        (2.5, 0.4, 1.55, (0.2, 0.6), 0.4),
+    ),
+    "evaluate": (lambda *x: fj.evaluate(FIBER, *x), (0.3, 0.1, 2.0)),
+    "lobe": (lambda *x: fj.lobe(FIBER, 1, *x), (0.3, 0.1, 2.0)),
+    "pdf": (lambda *x: fj.pdf(FIBER, *x), (0.3, 0.1, 2.0)),
+    "pdf_smooth": (lambda *x: fj.pdf_smooth(FIBER, *x), (0.3, 0.1, 2.0)),
+    "albedo": (lambda t: fj.albedo(FIBER, t), (0.3,)),
+    "sample": (lambda t, u: fj.sample(FIBER, t, u)[:2], (0.3, U5)),
+    "to_angles": (fj.to_angles, (WI, WO, TANGENT)),
+    "from_angles": (fj.from_angles, (0.3, 0.1, 2.0, TANGENT)),
+}
+OTHERS = {"Fiber", "Sample", "check", "GaussH", "GaussGamma"}
+
+
+def arrays(point, dtype):
+    return tuple(jnp.asarray(x, dtype) for x in point)
+
+
+def flat(f):
+    """f with its results concatenated, so that derivatives are plain arrays."""
+    return lambda *x: jnp.concatenate([jnp.ravel(y) for y in jax.tree.leaves(f(*x))])
+
+
+def test_every_public_name_is_covered():
+    public = {name for name in vars(fj) if not name.startswith("_")}
+    modules = {name for name in public if inspect.ismodule(getattr(fj, name))}
+    assert public - modules == set(CASES) | OTHERS
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
+def test_dtype_of_the_inputs_is_kept(name, dtype):
+    f, point = CASES[name]
+    for result in jax.tree.leaves(f(*arrays(point, dtype))):
+        assert result.dtype == dtype
+    # The angles decide: a float64 constant beside them does not promote.
+    if name == "N":
+        angles = arrays(point[:2], dtype)
+        rest = tuple(np.asarray(x, np.float64) for x in point[2:])
+        assert f(*angles, *rest).dtype == dtype
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_jit_and_vmap_agree_with_the_plain_call(name):
+    f, point = CASES[name]
+    point = arrays(point, jnp.float64)
+    expected = flat(f)(*point)
+    np.testing.assert_allclose(jax.jit(flat(f))(*point), expected, rtol=1e-12)
+    batch = tuple(jnp.stack([x, x * 0.9]) for x in point)
+    each = jnp.stack([flat(f)(*(x[k] for x in batch)) for k in range(2)])
+    np.testing.assert_allclose(jax.vmap(flat(f))(*batch), each, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_of_first_and_second_order(name):
+    """Forward against reverse, both against differences, and one in the other."""
+    f, point = CASES[name]
+    point = arrays(point, jnp.float64)
+    size = [x.size for x in point]
+    ends = np.cumsum(size)[:-1]
+    x0 = jnp.concatenate([jnp.ravel(x) for x in point])
+
+    @jax.jit
+    def g(x):
+        parts = jnp.split(x, ends)
+        return flat(f)(*(y.reshape(z.shape) for y, z in zip(parts, point, strict=True)))
+
+    forward, reverse = jax.jit(jax.jacfwd(g)), jax.jit(jax.jacrev(g))
+    jacobian = forward(x0)
+    scale = 1e-3 + np.abs(jacobian)
+    np.testing.assert_allclose(reverse(x0) / scale, jacobian / scale, atol=1e-10)
+    step = 1e-5
+    shifts = step * jnp.eye(x0.size)
+    central = [(g(x0 + s) - g(x0 - s)) / (2 * step) for s in shifts]
+    np.testing.assert_allclose(jnp.stack(central, -1), jacobian, rtol=1e-6, atol=1e-7)
+    # Second derivatives of the sum of all results, along a direction that mixes all.
+    along = jnp.cos(1.0 + jnp.arange(x0.size))
+    slope = jax.jit(jax.grad(lambda x: g(x).sum()))
+    second = jax.jit(lambda x: jax.jvp(slope, (x,), (along,))[1])(x0)
+    central = (slope(x0 + step * along) - slope(x0 - step * along)) / (2 * step)
+    np.testing.assert_allclose(central, second, rtol=1e-5, atol=1e-6)
+
+
+def test_gradient_in_every_field_of_the_fiber():
+    def value(fiber):
+        return fj.evaluate(fiber, 0.3, 0.1, 2.0)[0]
+
+    gradient = jax.grad(value)(FIBER)
+    for k, leaf in enumerate(jax.tree.leaves(FIBER)):
+        for i in np.ndindex(leaf.shape):
+            step = 1e-5
+
+            def moved(sign, k=k, i=i, step=step):
+                leaves, tree = jax.tree.flatten(FIBER)
+                leaves[k] = leaves[k].at[i].add(sign * step)
+                return value(jax.tree.unflatten(tree, leaves))
+
+            expected = (moved(1) - moved(-1)) / (2 * step)
+            found = jax.tree.leaves(gradient)[k][i]
+            np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
+def test_broadcasting_and_colors():
+    theta_o = jnp.linspace(-1, 1, 4)[:, None]
+    phi = jnp.linspace(0, 3, 5)
+    assert fj.evaluate(FIBER, 0.1, theta_o, phi).shape == (4, 5, 2)
+    assert fj.evaluate(fj.Fiber(sigma_a=0.5), 0.1, theta_o, phi).shape == (4, 5)
+    assert fj.evaluate(fj.Fiber(sigma_a=None), 0.1, theta_o, phi).shape == (4, 5)
+    assert fj.pdf(FIBER, 0.1, theta_o, phi).shape == (4, 5)
+    assert fj.albedo(FIBER, phi / 4, per_lobe=True).shape == (4, 5, 2)
+    assert fj.sample(FIBER, theta_o, jnp.full((5, 5), 0.3)).weight.shape == (4, 5, 2)
+    sigma_a = jnp.asarray((0.0, 0.3, 2.0))
+    values = fj.N(1, phi, theta_o, eta=1.55, sigma_a=sigma_a, beta_n=0.3)
+    assert values.shape == (4, 5, 3)
+    one = fj.N(1, phi, theta_o, eta=1.55, sigma_a=0.3, beta_n=0.3)
+    np.testing.assert_allclose(values[..., 1], one, rtol=1e-14)
+
+
+def test_a_batch_of_fibers_by_vmap():
+    betas = jnp.asarray((0.2, 0.4))
+    fibers = jax.vmap(lambda b: fj.Fiber(beta_m=b, beta_n=b))(betas)
+    found = jax.vmap(lambda f: fj.evaluate(f, 0.3, 0.1, 2.0))(fibers)
+    for b, value in zip(betas, found, strict=True):
+        expected = fj.evaluate(fj.Fiber(beta_m=b, beta_n=b), 0.3, 0.1, 2.0)
+        np.testing.assert_allclose(value, expected, rtol=1e-12)
+
+
+N_ARGUMENTS = {"eta": 1.55, "sigma_a": 0.1, "beta_n": 0.3}
+BAD = {
+    "p negative": (lambda: fj.N(-1, 0.1, 0.1, **N_ARGUMENTS), "p = -1: must be >= 0"),
+    "p not an integer": (lambda: fj.Phi(1.5, 0.1, 1.6), "must be a static integer"),
+    "tail from 0": (lambda: fj.A_rest(0, 0.1, 0.5), "p = 0: must be >= 1"),
+    "order": (lambda: fj.GaussGamma(0), "order = 0: must be >= 1"),
+    "rule": (lambda: fj.N(1, 0.1, 0.1, rule="simpson", **N_ARGUMENTS), "GaussGamma"),
+    "rule of evaluate": (lambda: fj.evaluate(FIBER, 0, 0, 0, rule=70), "GaussH"),
+    "detector": (
+        lambda: fj.N(1, 0.1, 0.1, detector="box", **N_ARGUMENTS),
+        r"detector = 'box': must be one of \('normal', 'logistic'\)",
+    ),
+    "incidence": (lambda: fj.albedo(FIBER, 0.1, incidence="h"), "theta_i"),
+    "no lobes": (lambda: fj.evaluate(FIBER, 0, 0, 0, lobes=()), "non-empty"),
+    "lobe twice": (lambda: fj.evaluate(FIBER, 0, 0, 0, lobes=(1, 1)), "twice"),
+    "sigma_a": (
+        lambda: fj.N(1, 0.1, 0.1, eta=1.5, sigma_a=np.ones((2, 3)), beta_n=0.3),
+        r"sigma_a has shape \(2, 3\): must be \(\) or \(C,\)",
+    ),
+    "many fibers": (
+        lambda: fj.evaluate(fj.Fiber(eta=np.ones(3) * 1.5), 0, 0, 0),
+        r"eta has shape \(3,\): .*jax.vmap",
+    ),
+    "u of sample": (lambda: fj.sample(FIBER, 0.1, np.zeros(4)), r"u has shape \(4,\)"),
+    "u of sample_M": (lambda: fj.sample_M(0.1, 0.1, np.zeros(3)), "must be 2"),
+    "clamp": (lambda: fj.sample(FIBER, 0.1, np.ones(5) / 2, clamp=0), "clamp = 0"),
+    "gradient": (
+        lambda: fj.sample(FIBER, 0.1, np.ones(5) / 2, gradient="none"),
+        "detached",
+    ),
+    "smooth TRT": (lambda: fj.pdf_smooth(FIBER, 0, 0, 0, lobes=(0, 2)), "lobes = "),
+    "vector": (lambda: fj.to_angles(np.ones(2), WO, TANGENT), r"wi has shape \(2,\)"),
+    "tangent": (lambda: fj.from_angles(0.0, 0.0, 0.0, np.ones(2)), "tangent has shape"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_says_what_is_allowed(case):
+    call, message = BAD[case]
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+FLOORS = (
+    {"_types", "numerics", "quadrature"},
+    {"circular", "spherical", "fresnel"},
+    {"path"},
+    {"rules"},
+    {"azimuthal"},
+    {"fiber"},
+    {"model"},
+    {"farfield", "frame", "sampling"},
+    {"approximation"},
+    {"fitting"},
+)
+
+
+def imports(path: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            package, _, module = node.module.partition(".")
+            if package == "fiberjax":
+                found |= {module} if module else {alias.name for alias in node.names}
+    return found
+
+
+def test_a_file_imports_only_from_lower_floors():
+    source = Path(fj.__file__).parent
+    floor_of = {name: k for k, names in enumerate(FLOORS) for name in names}
+    files = {path.stem: path for path in source.glob("*.py")}
+    assert set(files) - {"__init__"} == set(floor_of)
+    for name, floor in floor_of.items():
+        for module in imports(source / f"{name}.py"):
+            assert floor_of[module] < floor, f"{name} imports {module}"
+
+
+def test_the_library_leaves_the_configuration_alone():
+    for path in Path(fj.__file__).parent.glob("*.py"):
+        assert "jax.config" not in path.read_text()
