@@ -31,9 +31,12 @@ CASES = {
         lambda f, t, e, s, b: fj.N(1, f, t, eta=e, sigma_a=s, beta_n=b),
         (2.5, 0.4, 1.55, (0.2, 0.6), 0.4),
     ),
-    "evaluate": (lambda *x: fj.evaluate(FIBER, *x), (0.3, 0.1, 2.0)),
+    "evaluate": (
+        lambda *x: fj.evaluate(FIBER, *x, lobes=(0, 2)),
+        (0.3, 0.1, 2.0),
+    ),
     "lobe": (lambda *x: fj.lobe(FIBER, 1, *x), (0.3, 0.1, 2.0)),
-    "pdf": (lambda *x: fj.pdf(FIBER, *x), (0.3, 0.1, 2.0)),
+    "pdf": (lambda *x: fj.pdf(FIBER, *x, lobes=(0, 1)), (0.3, 0.1, 2.0)),
     "pdf_smooth": (lambda *x: fj.pdf_smooth(FIBER, *x), (0.3, 0.1, 2.0)),
     "albedo": (lambda t: fj.albedo(FIBER, t), (0.3,)),
     "sample": (lambda t, u: fj.sample(FIBER, t, u)[:2], (0.3, U5)),
@@ -105,7 +108,7 @@ def test_derivatives_of_first_and_second_order(name):
     central = [(g(x0 + s) - g(x0 - s)) / (2 * step) for s in shifts]
     np.testing.assert_allclose(jnp.stack(central, -1), jacobian, rtol=1e-6, atol=1e-7)
     # Second derivatives of the sum of all results, along a direction that mixes all.
-    along = jnp.cos(1.0 + jnp.arange(x0.size))
+    along = jnp.cos(jnp.arange(1.0, x0.size + 1))
     slope = jax.jit(jax.grad(lambda x: g(x).sum()))
     second = jax.jit(lambda x: jax.jvp(slope, (x,), (along,))[1])(x0)
     central = (slope(x0 + step * along) - slope(x0 - step * along)) / (2 * step)
@@ -145,6 +148,15 @@ def test_broadcasting_and_colors():
     assert values.shape == (4, 5, 3)
     one = fj.N(1, phi, theta_o, eta=1.55, sigma_a=0.3, beta_n=0.3)
     np.testing.assert_allclose(values[..., 1], one, rtol=1e-14)
+    many = jnp.asarray((0.2, 0.3))[:, None, None]
+    for detector in ("normal", "logistic"):
+        choices = {"sigma_a": 0.3, "detector": detector}
+        found = fj.N(1, phi, 0.1, eta=1.55, beta_n=many, **choices)
+        expected = [
+            fj.N(1, phi, 0.1, eta=1.55, beta_n=b, **choices) for b in (0.2, 0.3)
+        ]
+        assert found.shape == (2, 1, 5)
+        np.testing.assert_allclose(found[:, 0], expected, rtol=1e-13)
 
 
 def test_a_batch_of_fibers_by_vmap():
@@ -200,9 +212,11 @@ def test_bad_input_says_what_is_allowed(case):
 
 
 FLOORS = (
-    {"_types", "numerics", "quadrature"},
+    {"_types"},
+    {"numerics", "quadrature"},
     {"circular", "spherical", "fresnel"},
     {"path"},
+    {"crossings"},
     {"rules"},
     {"azimuthal"},
     {"fiber"},

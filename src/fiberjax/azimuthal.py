@@ -3,17 +3,12 @@
 from functools import partial
 
 import jax
+import jax.numpy as jnp
 
 from fiberjax._types import Floats, Reals, choice, floats, lobe_number
 from fiberjax.circular import DETECTORS
 from fiberjax.path import ray
-from fiberjax.rules import DEFAULT, Density, Rule, check_rule
-
-
-def detector_density(detector: str, beta_n: Floats) -> Density:
-    """The density of roughness beta_n named `detector`; ValueError if there is none."""
-    choice("detector", detector, tuple(DETECTORS))
-    return lambda x: DETECTORS[detector](x, beta_n)
+from fiberjax.rules import DEFAULT, Rule, check_rule
 
 
 def check_sigma_a(sigma_a: Floats | None) -> None:
@@ -29,12 +24,14 @@ def drop_color(value: Floats, sigma_a: Floats | None) -> Floats:
 
 @partial(jax.jit, static_argnames=("p", "rule", "detector"))
 def _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector):
-    density = detector_density(detector, beta_n)
+    seen = DETECTORS[detector]
 
     def weight(offset):
         return ray(offset, theta_d, eta, sigma_a).A(p)
 
-    value = rule.convolve(weight, p, phi, theta_d, eta, density)
+    value = rule.convolve(
+        weight, p, phi, theta_d, eta, lambda x: seen.density(x, beta_n), seen.kink
+    )
     return drop_color(value, sigma_a)
 
 
@@ -83,5 +80,9 @@ def N(
     )
     sigma_a = sigma[0] if sigma else None
     check_sigma_a(sigma_a)
+    # beta_n alone may have the most axes, and the rules look at the angles.
+    phi = jnp.broadcast_to(
+        phi, jnp.broadcast_shapes(phi.shape, theta_d.shape, eta.shape, beta_n.shape)
+    )
     choice("detector", detector, tuple(DETECTORS))
     return _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector)

@@ -4,6 +4,7 @@ Both integrate to 1 over one turn, have period 2 pi, and tend to 1/(2 pi) as the
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -75,7 +76,9 @@ def trimmed_logistic(phi: Reals, s: Reals) -> Floats:
     phi, s = floats((phi,), (s,))
     z = wrap(phi) / s
     both = jax.nn.sigmoid(z) * jax.nn.sigmoid(-z)
-    return both / (s * jnp.tanh(TURN / 4 / s))
+    # 1/tanh(pi/(2 s)); beyond 40 the second term is below rounding. The derivative of
+    # tanh itself would cancel.
+    return both / s * (1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40)))
 
 
 def _normal_quantile(u: Floats, beta: Floats) -> Floats:
@@ -89,14 +92,23 @@ def _logistic_quantile(u: Floats, s: Floats) -> Floats:
     return 2 * s * jnp.atanh((2 * u - 1) * mass)
 
 
-DETECTORS: dict[str, Callable[[Floats, Floats], Floats]] = {
-    "normal": wrapped_normal,
-    "logistic": lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
-}
-"""Densities in azimuth by name, each a function of (phi, beta_n)."""
+class Detector(NamedTuple):
+    """A density in azimuth of roughness beta_n, and how to draw from it.
 
-QUANTILES: dict[str, Callable[[Floats, Floats], Floats]] = {
-    "normal": _normal_quantile,
-    "logistic": lambda u, beta: _logistic_quantile(u, LOGISTIC_SCALE * beta),
+    density(phi, beta_n) per radian; quantile(u, beta_n), not wrapped; kink, whether the
+    slope of the density jumps at half a turn.
+    """
+
+    density: Callable[[Floats, Floats], Floats]
+    quantile: Callable[[Floats, Floats], Floats]
+    kink: bool
+
+
+DETECTORS = {
+    "normal": Detector(wrapped_normal, _normal_quantile, kink=False),
+    "logistic": Detector(
+        lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
+        lambda u, beta: _logistic_quantile(u, LOGISTIC_SCALE * beta),
+        kink=True,
+    ),
 }
-"""Deviates of the same densities, not wrapped, each a function of (u, beta_n)."""

@@ -25,8 +25,8 @@ import jax.numpy as jnp
 
 from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats
-from fiberjax.azimuthal import detector_density, drop_color
-from fiberjax.circular import TURN, wrap
+from fiberjax.azimuthal import drop_color
+from fiberjax.circular import DETECTORS, TURN, wrap
 from fiberjax.fiber import Fiber, cast, cone, fold
 from fiberjax.model import Model
 from fiberjax.path import Offset, eta_prime
@@ -46,25 +46,30 @@ def _longitudinal(model: Model, fiber: Fiber, part, theta_i, theta_o) -> Floats:
     return M(cone(theta_i, shape), theta_o, shape.beta_m**2)
 
 
-def _scattered(model: Model, fiber: Fiber, weight, theta_i, theta_o, phi) -> Floats:
-    """sum over parts of M times the azimuthal integral of weight(part, offset)."""
-    inclination = model.inclination(theta_i, theta_o)
-    inclination = jnp.broadcast_to(
-        inclination, jnp.broadcast_shapes(inclination.shape, theta_o.shape, phi.shape)
+def _around(model: Model, fiber: Fiber, part, weight, phi, inclination) -> Floats:
+    """Azimuthal integral of weight(offset) for one part, with a color axis."""
+    if part == model.tail:
+        return model.rule.average(weight, inclination, fiber.eta) / TURN
+    seen, beta_n = DETECTORS[model.detector], model.shape(fiber, part).beta_n
+
+    def density(x):
+        return seen.density(x, beta_n)
+
+    return model.rule.convolve(
+        weight, part, phi, inclination, fiber.eta, density, seen.kink
     )
-    total = 0.0
-    for part in model.parts:
+
+
+def _scattered(model: Model, fiber: Fiber, weight, theta_i, theta_o, phi) -> Floats:
+    """Sum over parts of M times the azimuthal integral of weight(part, offset)."""
+    inclination = model.inclination(theta_i, theta_o)
+
+    def scattered(part):
         along = _longitudinal(model, fiber, part, theta_i, theta_o)[..., None]
         of_part = partial(weight, part, inclination)
-        if part == model.tail:
-            around = model.rule.average(of_part, inclination, fiber.eta) / TURN
-        else:
-            density = detector_density(model.detector, model.shape(fiber, part).beta_n)
-            around = model.rule.convolve(
-                of_part, part, phi, inclination, fiber.eta, density
-            )
-        total = total + along * around
-    return jnp.asarray(total)
+        return along * _around(model, fiber, part, of_part, phi, inclination)
+
+    return sum(map(scattered, model.parts[1:]), scattered(model.parts[0]))
 
 
 @partial(jax.jit, static_argnames="model")

@@ -20,10 +20,6 @@ def _number(x: Any) -> Any:
     return x.astype(jnp.result_type(float, x))
 
 
-def _field(default: Any) -> Any:
-    return eqx.field(default=default, converter=_number)
-
-
 class Fiber(eqx.Module):
     """One hair fiber. All fields are numbers: traced, differentiable, batched by vmap.
 
@@ -52,14 +48,22 @@ class Fiber(eqx.Module):
     What is None is not compiled.
     """
 
-    eta: Inexact[Array, "..."] = _field(1.55)
-    beta_m: Inexact[Array, "..."] = _field(0.29088)
-    beta_n: Inexact[Array, "..."] = _field(0.18696)
-    alpha: Inexact[Array, "..."] | None = _field(-2 * np.pi / 180)
-    sigma_a: Inexact[Array, "..."] | None = _field((0.5447, 0.9061, 1.781))
-    widths_m: Inexact[Array, "..."] = _field((1.0, 0.5, 2.0))
-    widths_n: Inexact[Array, "..."] = _field((1.0,))
-    tilts: Inexact[Array, "..."] = _field((2.0, -1.0, -4.0, 0.0))
+    eta: Inexact[Array, "..."] = eqx.field(default=1.55, converter=_number)
+    beta_m: Inexact[Array, "..."] = eqx.field(default=0.29088, converter=_number)
+    beta_n: Inexact[Array, "..."] = eqx.field(default=0.18696, converter=_number)
+    alpha: Inexact[Array, "..."] | None = eqx.field(
+        default=-2 * np.pi / 180, converter=_number
+    )
+    sigma_a: Inexact[Array, "..."] | None = eqx.field(
+        default=(0.5447, 0.9061, 1.781), converter=_number
+    )
+    widths_m: Inexact[Array, "..."] = eqx.field(
+        default=(1.0, 0.5, 2.0), converter=_number
+    )
+    widths_n: Inexact[Array, "..."] = eqx.field(default=(1.0,), converter=_number)
+    tilts: Inexact[Array, "..."] = eqx.field(
+        default=(2.0, -1.0, -4.0, 0.0), converter=_number
+    )
 
 
 _DOMAINS = {

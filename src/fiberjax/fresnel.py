@@ -29,9 +29,10 @@ def interface(mu: Floats, eta: Floats) -> Interface:
     s = jnp.where(s == 0, 1, s)
     t = eta * eta * mu + g
     t = jnp.where(t == 0, 1, t)
-    r_s = -k / (s * s)
-    r_p = k * ((eta * eta + 1) * mu * mu - 1) / (t * t)
-    passed = 2 * mu * g * (1 / (s * s) + eta * eta / (t * t))
+    # Dividing twice keeps the squares, and theirs in the derivatives, out of underflow.
+    r_s = -(k / s) / s
+    r_p = (k / t) * (((eta * eta + 1) * mu * mu - 1) / t)
+    passed = 2 * ((mu / s) * (g / s) + eta * eta * ((mu / t) * (g / t)))
     return Interface((r_s * r_s + r_p * r_p) / 2, passed, g)
 
 

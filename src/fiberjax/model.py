@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, choice, lobe_number
@@ -72,7 +73,7 @@ class Model:
 
         The probabilities, stacked on a last axis, are in proportion to the channel mean
         of the attenuations at each part's specular cone, folded where it has passed a
-        pole; they are equal where all attenuations vanish.
+        pole; they are equal where all attenuations vanish or are not normal numbers.
         """
         spec = []
         for part in self.parts:
@@ -80,6 +81,8 @@ class Model:
             inclination = self.inclination(theta_i, cone_p)
             spec.append(self.attenuation(fiber, part, offset, inclination).mean(-1))
         stacked = jnp.stack(jnp.broadcast_arrays(*spec), -1)
-        alive = stacked.sum(-1) > 0
-        stacked = jnp.where(alive[..., None], stacked, 1)
-        return stacked / stacked.sum(-1, keepdims=True), alive
+        # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
+        largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
+        alive = largest >= jnp.finfo(stacked.dtype).tiny
+        share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
+        return share / share.sum(-1, keepdims=True), alive[..., 0]

@@ -37,8 +37,9 @@ def Phi(p: int, h: Reals, eta_p: Reals) -> Floats:
     """Azimuth at which the ray of offset h leaves after p internal segments.
 
     Phi = 2 p gamma_t - 2 gamma_i + p pi, gamma_i = asin h, gamma_t = asin(h/eta').
-    Evaluated by atan2, so that nothing is lost where eta' and |h| are close to 1.
-    dPhi/dh is infinite at |h| = 1; everything else is finite.
+    gamma_t is evaluated as atan2(h, sqrt((eta' - h)(eta' + h))), which loses nothing
+    where eta' and |h| are close to 1. dPhi/dh is infinite at |h| = 1. At eta' = |h| = 1
+    dPhi/deta' is infinite from one side; 0 is returned.
 
     Args:
         p: number of internal segments, a static integer >= 0.
@@ -57,14 +58,10 @@ def Phi(p: int, h: Reals, eta_p: Reals) -> Floats:
     """
     p = lobe_number("p", p)
     h, eta_p = floats((h,), (eta_p,))
-    gamma_i = jnp.atan2(h, jnp.sqrt((1 - h) * (1 + h)))
+    gamma_i = jnp.arcsin(h)
     if p == 0:
-        return jnp.broadcast_to(
-            -2 * gamma_i, jnp.broadcast_shapes(h.shape, eta_p.shape)
-        )
-    # The ratio of both arguments to eta' keeps eta' = inf (theta_d = 90 deg) finite.
-    sine = h / eta_p
-    gamma_t = jnp.atan2(sine, jnp.sqrt((1 - sine) * (1 + sine)))
+        return -2 * gamma_i + jnp.zeros_like(eta_p)
+    gamma_t = jnp.atan2(h, numerics.sqrt((eta_p - h) * (eta_p + h)))
     return 2 * p * gamma_t - 2 * gamma_i + p * jnp.pi
 
 
@@ -218,3 +215,10 @@ def deflection(p: int, offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
     if p == 0:
         return -2 * offset.gamma
     return 2 * p * refraction(offset, theta_d, eta) - 2 * offset.gamma
+
+
+def deflection_slope(p: int, offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+    """Derivative of `deflection` in gamma: 2 p cos gamma/(eta' cos gamma_t) - 2."""
+    c = jnp.abs(jnp.cos(theta_d))
+    mu = c * offset.cos
+    return 2 * p * (mu / interface(mu, eta).g) - 2

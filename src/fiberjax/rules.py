@@ -7,8 +7,9 @@ A rule answers two questions about a fiber at one difference angle:
                                 1/2 int_{-1}^{1} weight(h) density(phi - Phi(p, h)) dh
 
 `weight` maps an `Offset` to an array with a trailing color axis, which the answer has
-too, and is even in h. `density` is even and has period 2 pi. Phi - p pi is odd in h, so
-half the range serves: density(x - Phi) + density(x + Phi) at each offset.
+too, and is even in h. `density` is even and has period 2 pi; `kink` says whether its
+slope jumps at half a turn. Phi - p pi is odd in h, so half the range serves:
+density(x - Phi) + density(x + Phi) at each offset.
 """
 
 from collections.abc import Callable
@@ -21,6 +22,8 @@ import numpy as np
 
 from fiberjax import numerics
 from fiberjax._types import Floats, lobe_number
+from fiberjax.circular import wrap
+from fiberjax.crossings import half_turns
 from fiberjax.path import Offset, deflection
 from fiberjax.quadrature import gauss_legendre, gauss_legendre_unit, weighted_sum
 
@@ -43,52 +46,20 @@ class Rule:
         theta_d: Floats,
         eta: Floats,
         density: Density,
+        kink: bool,
     ) -> Floats:
         """1/2 int weight(h) density(phi - Phi(p, h)) dh over [-1, 1]."""
         raise NotImplementedError
 
 
-@dataclass(frozen=True)
-class _FixedRule(Rule):
-    """A rule whose offsets do not depend on phi.
-
-    Subclasses map the nodes of a base rule on [0, 1] to offsets.
-    """
-
-    order: int
-
-    def __post_init__(self):
-        lobe_number("order", self.order, lowest=1)
-
-    def base(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes and weights on [0, 1]."""
-        return gauss_legendre_unit(self.order)
-
-    def offset(self, t: Floats, theta_d: Floats, eta: Floats) -> tuple[Offset, Any]:
-        """The offset at base node t, and dh/dt there."""
-        raise NotImplementedError
-
-    def average(self, weight, theta_d, eta):
-        def term(t, w):
-            offset, slope = self.offset(t, theta_d, eta)
-            return weight(offset) * jnp.asarray(w * slope)[..., None]
-
-        return weighted_sum(term, self.base(), theta_d.dtype)
-
-    def convolve(self, weight, p, phi, theta_d, eta, density):
-        x = phi - (p % 2) * jnp.pi
-
-        def term(t, w):
-            offset, slope = self.offset(t, theta_d, eta)
-            turn = deflection(p, offset, theta_d, eta)
-            seen = (density(x - turn) + density(x + turn)) / 2
-            return weight(offset) * (w * slope * seen)[..., None]
-
-        return weighted_sum(term, self.base(), phi.dtype)
+def _both_sides(density, p, x, offset, theta_d, eta) -> Floats:
+    """Mean of the density at the azimuths of +h and -h."""
+    turn = deflection(p, offset, theta_d, eta)
+    return (density(x - turn) + density(x + turn)) / 2
 
 
 @dataclass(frozen=True)
-class GaussH(_FixedRule):
+class GaussH(Rule):
     """Gauss-Legendre in h over [-1, 1]: the textbook rule, kept as the baseline.
 
     Phi has infinite slope at |h| = 1, so that the error falls slowly with the order: at
@@ -106,27 +77,51 @@ class GaussH(_FixedRule):
 
     order: int = 70
 
-    def base(self):
-        # The rule is symmetric: its non-negative half, with half weight at h = 0.
+    def __post_init__(self):
+        lobe_number("order", self.order, lowest=1)
+
+    def average(self, weight, theta_d, eta):
+        def term(h, w):
+            return w * weight(self._offset(h))
+
+        return weighted_sum(term, self._half(), theta_d.dtype)
+
+    def convolve(self, weight, p, phi, theta_d, eta, density, kink):
+        x = phi - (p % 2) * jnp.pi
+
+        def term(h, w):
+            offset = self._offset(h)
+            seen = _both_sides(density, p, x, offset, theta_d, eta)
+            return weight(offset) * (w * seen)[..., None]
+
+        return weighted_sum(term, self._half(), phi.dtype)
+
+    def _half(self) -> tuple[np.ndarray, np.ndarray]:
+        """The non-negative half of the rule, with half weight at h = 0."""
         x, w = gauss_legendre(self.order)
         half = self.order // 2
         return x[half:], np.where(x == 0, w / 2, w)[half:]
 
-    def offset(self, t, theta_d, eta):
-        return Offset(jnp.arcsin(t), t, jnp.sqrt((1 - t) * (1 + t))), 1
+    def _offset(self, h: Floats) -> Offset:
+        return Offset(jnp.arcsin(h), h, jnp.sqrt((1 - h) * (1 + h)))
 
 
 @dataclass(frozen=True)
-class GaussGamma(_FixedRule):
+class GaussGamma(Rule):
     """Gauss-Legendre in gamma over half the range, graded towards grazing.
 
     h = sin gamma removes the infinite slope of Phi at |h| = 1, and
     pi/2 - gamma = delta sinh z with delta = sqrt(eta^2 - 1)/cos theta_d resolves the
     fast change of the Fresnel terms there: convergence is geometric once the spacing of
-    the nodes is below the roughness.
+    the nodes is below the roughness. Where the density has a kink the range is split
+    there, and the rule is applied to each of the parts: 2 for R and TT, 4 for TRT.
+
+    With the default 64 nodes the error is below 1e-12 of the peak over phi for a
+    roughness from 0.2 on (theta_d to 90 deg, eta 1 to 3, sigma_a to 100), and from 0.1
+    on for hair (theta_d to 75 deg, eta 1.45 to 1.65, sigma_a to 1).
 
     Args:
-        order: number of nodes on [0, pi/2], >= 1.
+        order: number of nodes on [0, pi/2], or on each part of it, >= 1.
 
     Raises:
         ValueError: order is not an integer >= 1.
@@ -134,20 +129,56 @@ class GaussGamma(_FixedRule):
 
     order: int = 64
 
-    def offset(self, t, theta_d, eta):
-        c = jnp.abs(jnp.cos(theta_d))
-        delta = numerics.sqrt((eta - 1) * (eta + 1)) / c
-        # Where the nodes lie is no function of the parameters: the integral does not
-        # depend on it. At eta = 1 there is nothing to resolve.
-        delta = jax.lax.stop_gradient(jnp.maximum(delta, MIN_GRADING))
-        span = jnp.asinh(jnp.pi / 2 / delta)
-        from_edge = delta * jnp.sinh(span * t)
-        slope = span * delta * jnp.cosh(span * t) * jnp.sin(from_edge)
-        gamma = jnp.pi / 2 - from_edge
-        return Offset(gamma, jnp.cos(from_edge), jnp.sin(from_edge)), slope
+    def __post_init__(self):
+        lobe_number("order", self.order, lowest=1)
+
+    def average(self, weight, theta_d, eta):
+        delta = _grading(theta_d, eta)
+
+        def term(t, w):
+            offset, slope = _graded(t, delta, jnp.pi / 2, 0.0)
+            return weight(offset) * (w * slope)[..., None]
+
+        return weighted_sum(term, gauss_legendre_unit(self.order), theta_d.dtype)
+
+    def convolve(self, weight, p, phi, theta_d, eta, density, kink):
+        x = phi - (p % 2) * jnp.pi
+        # The parts of the range stand on an axis in front of all others.
+        shape = (1, *jnp.broadcast_shapes(x.shape, theta_d.shape, eta.shape))
+        ends = [jnp.zeros(shape, x.dtype), jnp.full(shape, jnp.pi / 2, x.dtype)]
+        if kink:
+            ends.insert(1, half_turns(p, wrap(x), theta_d, eta))
+        edges = jnp.pi / 2 - jnp.concatenate(ends)
+        delta = _grading(theta_d, eta)
+
+        def term(t, w):
+            offset, slope = _graded(t, delta, edges[:-1], edges[1:])
+            seen = _both_sides(density, p, x, offset, theta_d, eta)
+            return (weight(offset) * (w * slope * seen)[..., None]).sum(0)
+
+        return weighted_sum(term, gauss_legendre_unit(self.order), phi.dtype)
 
 
-MIN_GRADING = 0.005
+def _grading(theta_d: Floats, eta: Floats) -> Floats:
+    """delta, the distance from grazing within which the Fresnel terms change."""
+    delta = numerics.sqrt((eta - 1) * (eta + 1)) / jnp.abs(jnp.cos(theta_d))
+    # Where the nodes lie is no function of the parameters: the integral does not depend
+    # on it. Closer to eta = 1 there is too little light in the region to matter.
+    return jax.lax.stop_gradient(jnp.maximum(delta, 0.005))
+
+
+def _graded(t, delta, far: Floats | float, near: Floats | float):
+    """The offset at t in [0, 1] between two distances from grazing, and dh/dt there.
+
+    t = 0 is the farther one: x = pi/2 - gamma = delta sinh z with z linear in t.
+    """
+    start, end = jnp.arcsinh(far / delta), jnp.arcsinh(near / delta)
+    z = start + (end - start) * t
+    x = delta * jnp.sinh(z)
+    slope = (start - end) * delta * jnp.cosh(z) * jnp.sin(x)
+    return Offset(jnp.pi / 2 - x, jnp.cos(x), jnp.sin(x)), slope
+
+
 DEFAULT = GaussGamma()
 
 

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from fiberjax._types import Floats, Reals, choice, floats
-from fiberjax.azimuthal import detector_density, drop_color
-from fiberjax.circular import QUANTILES, TURN, wrap
+from fiberjax.azimuthal import drop_color
+from fiberjax.circular import DETECTORS, TURN, wrap
 from fiberjax.fiber import Fiber, cast, cone
 from fiberjax.model import Model
 from fiberjax.path import Offset, refraction
@@ -68,9 +68,10 @@ def _sample(model: Model, gradient, fiber: Fiber, theta_i, u, clamp) -> Sample:
     beta_m = jnp.stack([s.beta_m for s in shapes])[index]
     beta_n = jnp.stack([s.beta_n for s in shapes])[index]
 
+    seen = DETECTORS[model.detector]
     theta_o = sample_cone(cone_p, beta_m, u[..., 2], u[..., 3])
     v = open_unit(u[..., 4])
-    aside = QUANTILES[model.detector](v, beta_n)
+    aside = seen.quantile(v, beta_n)
 
     def specular_azimuth(theta_o):
         inclination = model.inclination(theta_i, theta_o)
@@ -82,11 +83,10 @@ def _sample(model: Model, gradient, fiber: Fiber, theta_i, u, clamp) -> Sample:
     score = jnp.ones_like(phi)
     if gradient == "detached":
         theta_o, phi = jax.lax.stop_gradient((theta_o, phi))
-        density = detector_density(model.detector, beta_n)
         # The rest is uniform in azimuth: its score is that of M alone.
         aside = jnp.where(is_rest, 0, phi - specular_azimuth(theta_o))
         score = _ratio(M(cone_p, theta_o, beta_m**2))
-        score = score * jnp.where(is_rest, 1, _ratio(density(aside)))
+        score = score * jnp.where(is_rest, 1, _ratio(seen.density(aside, beta_n)))
 
     inclination = model.inclination(theta_i, theta_o)
     attenuation = _take(

@@ -18,8 +18,9 @@ def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
     a = x * jnp.cos(theta_c) * jnp.cos(theta_o)
     # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
     # another order the exponent would lose a digit for each digit of 1/v.
-    bessel = jax.scipy.special.i0e(a)
-    return jnp.exp(E + (jnp.abs(a) - a)) * bessel / (-v * jnp.expm1(-2 * x))
+    # The factor behind is large where the exponential is small, so it comes first.
+    density = jax.scipy.special.i0e(a) / (-v * jnp.expm1(-2 * x))
+    return jnp.exp(E + (jnp.abs(a) - a)) * density
 
 
 def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:

@@ -1,0 +1,501 @@
+"""Write the tables of exact values that the equations are tested against.
+
+Each point of tests/tables/NAME.json holds arguments that float32 represents exactly,
+and to 20 digits the value, the gradient and the Hessian in them, from `reference.py` in
+mpmath. A derivative that is infinite, or finite from one side only, is left out.
+"""
+
+import argparse
+import itertools
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import reference
+from reference import mp, mpf
+
+TABLES = Path(__file__).parent / "tables"
+POLE = float(np.float32(np.pi / 2))  # just past pi/2
+BELOW = float(np.nextafter(np.float32(np.pi / 2), np.float32(0)))
+CELL = 2.0**-24  # half of float32's eps
+CELLS = 2**23
+KINDS = {"p": int, "detector": str}  # static arguments; the others are real
+
+
+def text(x, digits=20):
+    # Rounding may put the argument of an arcsine past 1.
+    x = mp.re(x)
+    return mp.nstr(x, digits) if x else "0"
+
+
+def derivatives(f, names, arguments, without=()):
+    """Value, gradient and Hessian of `f` as text.
+
+    `without` names the arguments in which it has no derivative.
+    """
+    value = f(*arguments)
+    # Zeros come out as rounding noise, far below 20 digits of anything.
+    noise = (abs(value) or 1) * mpf(10) ** -30
+
+    def derivative(*which):
+        orders = [which.count(name) for name in names]
+        found = mp.diff(f, tuple(arguments), tuple(orders))
+        return text(found if abs(found) > noise else 0)
+
+    smooth = [name for name in names if name not in without]
+    pairs = itertools.combinations_with_replacement(smooth, 2)
+    return {
+        "value": text(value),
+        "grad": {name: derivative(name) for name in smooth},
+        "hess": {f"{one},{two}": derivative(one, two) for one, two in pairs},
+    }
+
+
+def table(f, inputs, without=lambda **_: (), extra=lambda **_: {}):
+    """Points of a function: `inputs` are dictionaries of its arguments, in order."""
+    for given in inputs:
+        given = rounded(given)
+        static = {name: x for name, x in given.items() if name in KINDS}
+        real = [name for name in given if name not in KINDS]
+        arguments = [mpf(given[name]) for name in real]
+
+        def g(*x, static=static, real=real):
+            return f(**static, **dict(zip(real, x, strict=True)))
+
+        exact = derivatives(g, real, arguments, without(**given))
+        yield {"in": shown(given), **exact, **extra(**given)}
+
+
+def rounded(given):
+    """The arguments with every real one rounded to float32."""
+    return {n: x if n in KINDS else float(np.float32(x)) for n, x in given.items()}
+
+
+def shown(given):
+    """The arguments as they are stored."""
+    return {n: x if n in KINDS else repr(x) for n, x in given.items()}
+
+
+def uniform(rng, low, high):
+    return float(rng.uniform(low, high))
+
+
+def log_uniform(rng, low, high):
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def inclinations(rng, count):
+    """Both poles, next to them, 0, and the rest at random."""
+    edges = [0.0, POLE, -POLE, BELOW, -BELOW, 1.57, -1.5]
+    return (edges + [uniform(rng, -1.57, 1.57) for _ in range(count)])[:count]
+
+
+def make_reflectance(rng):
+    etas = [1.0, 1 + 2.0**-20, 1.001, 1.3, 1.55, 3.0]
+    cosines = [0.0, 1e-6, 1e-2, 0.3, 0.8, 1.0]
+    grid = itertools.product(cosines, etas)
+    inputs = [{"cos_theta_i": mu, "eta": eta} for mu, eta in grid]
+    inputs += [
+        {"cos_theta_i": uniform(rng, 0, 1), "eta": uniform(rng, 1, 3)}
+        for _ in range(20)
+    ]
+    singular = ("cos_theta_i", "eta")
+    return table(
+        reference.reflectance,
+        inputs,
+        lambda cos_theta_i, eta: singular if (cos_theta_i, eta) == (0, 1) else (),
+    )
+
+
+def make_eta_prime(rng):
+    edges = itertools.product([0.0, POLE, -POLE, BELOW], [1.0, 1 + 2.0**-20, 1.55, 3.0])
+    inputs = [{"theta_d": theta, "eta": eta} for theta, eta in edges]
+    inputs += [
+        {"theta_d": theta, "eta": uniform(rng, 1, 3)} for theta in inclinations(rng, 30)
+    ]
+    return table(reference.eta_prime, inputs)
+
+
+def make_Phi(rng):
+    offsets = [0.0, 1.0, -1.0, 0.5, -0.99, 1 - CELL, 1e-6]
+    indices = [1.0, 1 + 2.0**-20, 1.2, 1.55, 4.0, 2.0**25]
+    inputs = [
+        {"p": (0, 1, 2, 7)[k % 4], "h": h, "eta_p": eta_p}
+        for k, (h, eta_p) in enumerate(itertools.product(offsets, indices))
+    ]
+    inputs += [
+        {"p": k % 4, "h": uniform(rng, -1, 1), "eta_p": 1 / uniform(rng, 0, 1)}
+        for k in range(16)
+    ]
+
+    def without(p, h, eta_p):
+        if abs(h) < 1:
+            return ()
+        return ("h", "eta_p") if eta_p == 1 else ("h",)
+
+    return table(reference.Phi, inputs, without)
+
+
+def make_transmittance(rng):
+    inputs = []
+    for theta in inclinations(rng, 12):
+        for eta in (1.0, 1 + 2.0**-20, 1.55, 3.0):
+            h = float(rng.choice([0.0, 1.0, -1.0, 0.999, uniform(rng, -1, 1)]))
+            # At eta = 1 a segment is as long as 1/cos(theta_d).
+            longest = 2 / (eta - 1 + abs(np.cos(theta))) ** (1 if eta == 1 else 0.5)
+            sigma = float(rng.choice([0.0, 0.1, 1.0, 10.0])) * min(1, 10 / longest)
+            inputs.append({"h": h, "theta_d": theta, "eta": eta, "sigma_a": sigma})
+    inputs += [
+        {"h": h, "theta_d": theta, "eta": 1.55, "sigma_a": 1e3}
+        for h, theta in [(0.0, 0.0), (0.9, 1.2), (1.0, POLE), (-1.0, -0.4)]
+    ]
+
+    def without(h, theta_d, eta, sigma_a):
+        return ("h", "theta_d", "eta") if (abs(h), eta) == (1, 1) else ()
+
+    def extra(**given):
+        exact = {name: mpf(x) for name, x in given.items()}
+        E = {"E": text(mp.log(reference.transmittance(**exact)), 6)}
+        # The length of a segment grows as 1/cos(theta_d) in a fiber of index 1, and
+        # the terms of its second derivatives past the largest float32.
+        steep = given["eta"] == 1 and abs(np.cos(given["theta_d"])) < 1e-6
+        return E | ({"second": "float64"} if steep else {})
+
+    return table(reference.transmittance, inputs, without, extra)
+
+
+def fractions(rng, count):
+    """Pairs (F, T) in [0, 1], with the ends and their neighborhoods."""
+    edges = [0.0, 1.0, 1 - CELL, 1e-6, 0.04]
+    pairs = list(itertools.product(edges, edges))
+    return pairs + [tuple(rng.uniform(0, 1, 2).tolist()) for _ in range(count)]
+
+
+def make_A(rng):
+    return table(
+        reference.A,
+        [
+            {"p": p, "F": F, "T": T}
+            for (F, T), p in zip(
+                fractions(rng, 31), itertools.cycle(range(8)), strict=False
+            )
+        ],
+    )
+
+
+def make_A_rest(rng):
+    inputs = [
+        {"p": p, "F": F, "T": T}
+        for (F, T), p in zip(
+            fractions(rng, 31), itertools.cycle((1, 2, 3, 4, 7)), strict=False
+        )
+        if (F, T) != (1, 1)
+    ]
+    for given in inputs:
+        p, F, T = given["p"], mpf(given["F"]), mpf(given["T"])
+        if F * T < 0.9:
+            closed = reference.A_rest(p, F, T)
+            partial = reference.A_rest_partial(p, F, T, 2000)
+            assert abs(closed - partial) <= mpf(10) ** -45 * closed
+    return table(reference.A_rest, inputs)
+
+
+VARIANCES = [1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.0225, 0.05, 0.1, 0.3]
+VARIANCES += [0.499, 0.501, 1.0, 2.0, 10.0, 100.0, 1e3, 1e4]
+
+
+def tail(rng, v, lowest):
+    """Two inclinations whose exponent E is about `lowest`, or less far apart."""
+    theta_c = float(
+        rng.choice([POLE, -POLE, -BELOW, 0.0, *rng.uniform(-1.57, 1.57, 6)])
+    )
+    apart = 2 * np.arcsin(min(1.0, np.sqrt(-lowest * v / 2)))
+    theta_o = theta_c - np.copysign(apart, theta_c)
+    return theta_c, float(np.clip(theta_o, -POLE, POLE))
+
+
+def make_M(rng):
+    inputs = [{"theta_cone": 0.0, "theta_o": 0.0, "v": v} for v in (1e-8, 0.3, 1e4)]
+    inputs += [
+        {"theta_cone": one, "theta_o": two, "v": v}
+        for one, two, v in [
+            (POLE, POLE, 1e-8),
+            (POLE, -POLE, 1.0),
+            (-BELOW, -POLE, 1e-3),
+            (0.5, 0.5, 1e-6),
+            # a and x on either side of 2, where the derivatives change form
+            (0.3, -0.2, 0.468),
+            (0.3, -0.2, 0.469),
+            (1.2, 0.1, 0.18),
+            (1.2, 0.1, 0.181),
+        ]
+    ]
+    for v in VARIANCES:
+        one, two = tail(rng, v, -uniform(rng, 0, 3))
+        inputs.append({"theta_cone": one, "theta_o": two, "v": v})
+        one, two = tail(rng, v, -uniform(rng, 3, 80))
+        inputs.append({"theta_cone": two, "theta_o": one, "v": v})
+    for lowest in np.linspace(5, 80, 14):
+        v = log_uniform(rng, 1e-8, 0.03)
+        one, two = tail(rng, v, -float(lowest))
+        inputs.append({"theta_cone": one, "theta_o": two, "v": v})
+    for lowest in np.linspace(100, 700, 8):
+        v = log_uniform(rng, 1e-8, 3e-3)
+        one, two = tail(rng, v, -float(lowest))
+        inputs.append({"theta_cone": one, "theta_o": two, "v": v})
+
+    def extra(theta_cone, theta_o, v):
+        E = -2 * mp.sin((mpf(theta_o) - mpf(theta_cone)) / 2) ** 2 / mpf(v)
+        return {"E": text(E, 6), **({"only": "float64"} if E < -81 else {})}
+
+    return table(reference.M, inputs, extra=extra)
+
+
+def make_sample_M(rng):
+    def xi(u):
+        return (2 * min(int(u * CELLS), CELLS - 2) + 1) * CELL
+
+    inputs = []
+    for k, v in enumerate([*VARIANCES, *VARIANCES, *VARIANCES[::3]]):
+        theta = (0.0, POLE, -POLE, -1.5, *rng.uniform(-1.57, 1.57, 3))[k % 7]
+        u = (0.0, 1.0, 1e-3, *rng.uniform(0, 1, 5))[k % 8]
+        u1 = (0.0, 0.5, 0.0, 0.25, *rng.uniform(0, 1, 6))[k % 10]
+        inputs.append({"theta_cone": theta, "v": v, "xi": xi(u), "u1": u1})
+    return table(reference.sample_M, inputs)
+
+
+def make_wrapped_normal(rng):
+    inputs = [
+        {"phi": phi, "beta": beta}
+        for phi, beta in [
+            (0.0, 1e-4),
+            (0.0, 1.25),
+            (0.0, 100.0),
+            (3.1, 100.0),
+            (3.0, 1.49),
+            (3.0, 1.51),
+            (3.14, 0.5),
+            (-3.14, 3.0),
+            (2e-3, 1e-4),
+            (5.0, 10.0),
+        ]
+    ]
+    for _ in range(20):
+        inputs.append({"phi": uniform(rng, -4, 4), "beta": log_uniform(rng, 0.2, 5)})
+    for turns in (-3, -2, -1, 1, 2, 3):
+        for low, high in ((1e-4, 0.01), (0.01, 0.3), (0.3, 3)):
+            beta = log_uniform(rng, low, high)
+            phi = 2 * np.pi * turns + beta * rng.normal(scale=2)
+            inputs.append({"phi": phi, "beta": beta})
+
+    def extra(phi, beta):
+        return {"E": text(-((reference.wrap(mpf(phi)) / beta) ** 2) / 2, 6)}
+
+    return table(reference.wrapped_normal, inputs, extra=extra)
+
+
+def make_trimmed_logistic(rng):
+    inputs = [
+        {"phi": phi, "s": s}
+        for phi, s in [
+            (0.0, 1e-4),
+            (0.0, 1.0),
+            (0.0, 100.0),
+            (3.1, 100.0),
+            (3.14, 0.5),
+            (-3.14, 3.0),
+            (5e-3, 1e-4),
+            (5.0, 10.0),
+            (2.0, 0.05),
+            (0.5, 1e-3),
+        ]
+    ]
+    for _ in range(20):
+        inputs.append({"phi": uniform(rng, -4, 4), "s": log_uniform(rng, 0.1, 5)})
+    for turns in (-3, -2, -1, 1, 2, 3):
+        for low, high in ((1e-4, 0.01), (0.01, 0.3), (0.3, 3)):
+            s = log_uniform(rng, low, high)
+            phi = 2 * np.pi * turns + s * rng.normal(scale=4)
+            inputs.append({"phi": phi, "s": s})
+
+    def extra(phi, s):
+        return {"E": text(-abs(reference.wrap(mpf(phi))) / s, 6)}
+
+    return table(reference.trimmed_logistic, inputs, extra=extra)
+
+
+def make_N(rng, detector="normal", narrowest=0.15):
+    fixed = [
+        {"theta_d": POLE, "eta": 1.55, "sigma_a": 0.0},
+        {"theta_d": -POLE, "eta": 1.25, "sigma_a": 0.5},
+        {"theta_d": -0.7, "eta": 1.0, "sigma_a": 0.25},
+        {"theta_d": 0.0, "eta": 1.55, "sigma_a": 0.0},
+        {"theta_d": 0.4, "eta": 1 + 2.0**-10, "sigma_a": 1.0},
+        {"theta_d": 1.0, "eta": 3.0, "sigma_a": 30.0},
+        {"theta_d": -0.3, "eta": 1.7, "sigma_a": 1e3},
+    ]
+    for k in range(42):
+        fiber = {
+            "theta_d": uniform(rng, -1.4, 1.4),
+            "eta": uniform(rng, 1.2, 2.2),
+            "sigma_a": float(rng.choice([0.0, log_uniform(rng, 0.01, 10)])),
+        }
+        if k < 2 * len(fixed):
+            fiber = fixed[k // 2]
+        given = rounded(
+            {
+                "p": (0, 1, 2, 4)[(k + k // 8) % 4],
+                "phi": uniform(rng, -np.pi, np.pi),
+                **fiber,
+                "beta_n": log_uniform(rng, narrowest, 3 if k % 4 else narrowest),
+                "detector": detector,
+            }
+        )
+        yield {
+            "in": shown(given),
+            **N_derivatives(**given),
+            "peak": N_peaks(**given),
+        }
+
+
+def make_N_logistic(rng):
+    # A width of 0.24 is a scale of 0.15.
+    return make_N(rng, "logistic", 0.24)
+
+
+def N_derivatives(p, detector, **given):
+    """Value and gradient of `N` by complex steps: `mp.diff` costs ten times more."""
+    step = mpf(10) ** -25
+    # At eta = 1 that derivative is one-sided, and not the integral of the one of A.
+    names = [name for name in given if (name, given[name]) != ("eta", 1)]
+    value, slopes = mpf(0), {}
+    with mp.workdps(32):
+        for name in names:
+            moved = {n: mpf(x) for n, x in given.items()}
+            moved[name] += mp.mpc(0, step)
+            value, slope = reference.N(p, **moved, detector=detector, step=step)
+            slopes[name] = slope if abs(slope) > mpf(10) ** -27 * value else mpf(0)
+    return {"value": text(value), "grad": {n: text(x) for n, x in slopes.items()}}
+
+
+def N_peaks(p, detector, phi, theta_d, eta, sigma_a, beta_n):
+    """Largest |N| and |dN| over phi, to three digits.
+
+    A and Phi come from mpmath at the nodes of a rule in gamma, the detector from a
+    table over half a turn. `phi` is only the place of the point.
+    """
+    step = mpf(10) ** -25
+    breaks = [float(x) for x in reference.N_breaks(0, 0.0, theta_d, eta, 0.5)]
+    pairs = np.array([pair for pair in itertools.pairwise(breaks) if pair[0] >= 0])
+    x, w = np.polynomial.legendre.leggauss(16)
+    middle, half = pairs.mean(1)[:, None], np.diff(pairs) / 2
+    gamma = (middle + half * x).ravel()
+    weight = (half * w).ravel() * np.cos(gamma)
+    names = ("theta_d", "eta", "sigma_a")
+    path = np.zeros((len(names), len(gamma), 2), complex)
+    angles = np.linspace(0, np.pi, 257)
+    with mp.workdps(25):
+        for k, (n, g) in itertools.product(range(len(names)), enumerate(gamma)):
+            moved = [mpf(theta_d), mpf(eta), mpf(sigma_a)]
+            moved[k] += mp.mpc(0, step)
+            path[k, n] = [split(z, step) for z in ray(p, mpf(g), *moved)]
+
+        def density(t, dt, db):
+            z = reference.detector_density(
+                detector, mpf(t) + dt * step * 1j, beta_n + db * step * 1j
+            )
+            return split(z, step)
+
+        by_phi = np.array([density(t, 1, 0) for t in angles])
+        by_beta = np.array([density(t, 0, 1) for t in angles])
+    A, Phi = np.real(path[0]).T
+    D = D_phi = D_Phi = D_beta = 0.0
+    # Phi - p pi is odd in gamma: the other half of the range has the other sign.
+    for sign in (1, -1):
+        turn = angles[:, None] - p * np.pi - sign * (Phi - p * np.pi)
+        turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+        slope = np.sign(turn) * np.interp(np.abs(turn), angles, np.imag(by_phi)) / 2
+        D_phi = D_phi + slope
+        D_Phi = D_Phi - sign * slope
+        D = D + np.interp(np.abs(turn), angles, np.real(by_phi)) / 2
+        D_beta = D_beta + np.interp(np.abs(turn), angles, np.imag(by_beta)) / 2
+    curves = {
+        "value": D @ (weight * A),
+        "phi": D_phi @ (weight * A),
+        "beta_n": D_beta @ (weight * A),
+    }
+    for name, (dA, dPhi) in zip(names, np.imag(path).transpose(0, 2, 1), strict=True):
+        curves[name] = D @ (weight * dA) + D_Phi @ (weight * A * dPhi)
+    return {name: f"{np.abs(y).max():.3g}" for name, y in curves.items()}
+
+
+def split(z, step):
+    """Value and derivative of a complex step, as one complex double."""
+    return complex(mp.re(z), mp.im(z) / step)
+
+
+def ray(p, gamma, theta_d, eta, sigma_a):
+    """A and Phi of path p at the offset sin(gamma)."""
+    h = mp.sin(gamma)
+    F = reference.reflectance(mp.sqrt(mp.cos(theta_d) ** 2) * mp.cos(gamma), eta)
+    T = reference.transmittance(h, theta_d, eta, sigma_a)
+    Phi = reference.Phi(p, h, reference.eta_prime(theta_d, eta))
+    return reference.A(p, F, T), Phi
+
+
+MAKERS = {
+    "reflectance": make_reflectance,
+    "eta_prime": make_eta_prime,
+    "Phi": make_Phi,
+    "transmittance": make_transmittance,
+    "A": make_A,
+    "A_rest": make_A_rest,
+    "M": make_M,
+    "sample_M": make_sample_M,
+    "wrapped_normal": make_wrapped_normal,
+    "trimmed_logistic": make_trimmed_logistic,
+    "N": make_N,
+    "N_logistic": make_N_logistic,
+}
+
+PEAK = " peak: largest modulus over phi, 3 digits, of the value and each derivative."
+NOTES = {
+    "transmittance": " E = log T.",
+    "M": " E is the exponent -2 sin^2((theta_o - theta_cone)/2)/v.",
+    "sample_M": " xi is the number in (0, 1) after the move to a cell's center.",
+    "wrapped_normal": " E is the exponent of the nearest image.",
+    "trimmed_logistic": " E = -|wrapped phi|/s.",
+    "N": PEAK,
+    "N_logistic": PEAK,
+}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--only", choices=MAKERS, metavar="NAME", help="one table")
+    only = parser.parse_args().only
+    mp.dps = 60
+    TABLES.mkdir(exist_ok=True)
+    for seed, (name, make) in enumerate(MAKERS.items()):
+        if only not in (None, name):
+            continue
+        points = []
+        for point in make(np.random.default_rng(seed)):
+            points.append(json.dumps(point))
+            if sys.stderr.isatty():
+                print(f"\r{name}: {len(points)} points", end="", file=sys.stderr)
+        if sys.stderr.isatty():
+            print(file=sys.stderr)
+        arguments = list(json.loads(points[0])["in"])
+        note = "Inputs are exact in float32; values have 20 digits." + NOTES.get(
+            name, ""
+        )
+        (TABLES / f"{name}.json").write_text(
+            f'{{"note": {json.dumps(note)},\n"arguments": {json.dumps(arguments)},\n'
+            '"points": [\n' + ",\n".join(points) + "\n]}\n"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,351 @@
+"""The accuracy contract: every equation, in both dtypes, against exact values.
+
+The tables come from `make_tables.py`; `BUDGET` says how large an error may be.
+"""
+
+import itertools
+import json
+import math
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import reference
+from reference import mp, mpf
+
+import fiberjax
+
+TABLES = Path(__file__).parent / "tables"
+TRUTH = TABLES.parent.parent.parent / "shared" / "truth"
+DTYPES = ("float64", "float32")
+STATIC = ("p", "detector")
+
+
+class Budget(NamedTuple):
+    """Errors allowed, in units of eps, for a function f of arguments x.
+
+    value:     ulps[0] (|f| + sum_k rounds_k |f_k|)
+    gradient:  ulps[1] (|f_j| + size/scale_j + sum_k rounds_k |f_jk|)
+    Hessian:   ulps[2] (|f_ij| + size/(scale_i scale_j))
+                       (1 + sum_k rounds_k (1/scale_k + |f_k/f|))
+
+    A derivative is a sum whose terms are of order size/scale, where size is |f| and
+    scale how far an argument goes before f is another function: that is what bounds
+    its error where the terms cancel. `rounds` is for arguments that have to be rounded
+    on the way, such as an angle to be wrapped.
+    """
+
+    ulps: tuple[float, ...]
+    scale: Callable
+    rounds: Callable = lambda *x: np.zeros(len(x))
+    size: Callable = lambda f, *x: abs(f)
+
+
+TINY = 1e-30
+
+
+def segment_scales(h, theta_d, eta, sigma_a):
+    # The length depends on h through k - c^2 h^2, on the rest through k.
+    c = math.cos(theta_d)
+    k = (eta - 1) * (eta + 1) + c * c
+    return min(1, k / c**2 - h * h), math.sqrt(k), min(eta, k), sigma_a
+
+
+def segment_size(f, h, theta_d, eta, sigma_a):
+    c = math.cos(theta_d)
+    k = (eta - 1) * (eta + 1) + c * c
+    return f * max(sigma_a, TINY) * 2 * eta * math.sqrt(k - (c * h) ** 2) / k
+
+
+def sample_M_scales(theta_cone, v, xi, u1):
+    # v enters through the angle off the cone's direction, of cosine 1 - w.
+    w = min(-v * math.log1p(xi * math.expm1(-2 / v)), 2)
+    return 1, v * math.sqrt((2 - w) / w), xi * (1 - xi), 1
+
+
+def steps(x, width):
+    """How many widths off its center a detector is seen, or 1."""
+    return max(1, abs(math.remainder(x, 2 * math.pi)) / width)
+
+
+BUDGET = {
+    "reflectance": Budget(
+        (4, 16, 32),
+        lambda mu, eta: (min(1, math.sqrt(eta * eta - 1 + mu * mu)), eta - 1),
+    ),
+    "eta_prime": Budget((2, 4, 8), lambda theta, eta: (abs(math.cos(theta)), eta)),
+    "Phi": Budget(
+        (2, 4, 16),
+        lambda h, eta_p: (1 - h * h, 1),
+        size=lambda f, h, eta_p: math.sqrt(1 - h * h),
+    ),
+    "transmittance": Budget(
+        (2, 4, 8),
+        segment_scales,
+        lambda h, theta, eta, sigma: (0, 0, 0, sigma),
+        segment_size,
+    ),
+    "A": Budget((4, 8, 16), lambda F, T: (1 - F, 1)),
+    "A_rest": Budget((4, 8, 16), lambda F, T: (1 - F * T, 1 - F * T)),
+    # The Hessian of a draw is of no use.
+    "sample_M": Budget(
+        (2, 4),
+        sample_M_scales,
+        lambda theta, v, xi, u: (abs(theta), v, xi, u),
+        lambda f, *x: 1,
+    ),
+    "wrapped_normal": Budget(
+        (2, 2, 2),
+        lambda x, b: (b / steps(x, b), b / steps(x, b) ** 2),
+        lambda x, b: (abs(x), b),
+    ),
+    "trimmed_logistic": Budget(
+        (2, 2, 4),
+        lambda x, s: (s, s / steps(x, s)),
+        lambda x, s: (abs(x), s),
+    ),
+    # (4 + 2|E|) eps |f|; for derivatives also 4, and 8, sum |terms| eps
+    "M": (4, 2, 4, 8),
+    # of the peak: max(1e-13, 4 eps pi/min(beta_n, 1))
+    "N": (1e-13, 4),
+    "N_logistic": (1e-13, 4),
+}
+
+
+def smooth_errors(budget, f, arguments, point):
+    """Allowed errors of value, gradient and Hessian by a `Budget`, in units of eps."""
+    x = np.array([float(point["in"][name]) for name in arguments])
+    scales = (max(length, TINY) for length in budget.scale(*x))
+    scale = dict(zip(arguments, scales, strict=True))
+    rounds = dict(zip(arguments, budget.rounds(*x), strict=True))
+    size = budget.size(abs(f[""]), *x)
+
+    def moved(*names):
+        keys = {k: ",".join(sorted((*names, k), key=arguments.index)) for k in scale}
+        return sum(rounds[k] * abs(f.get(keys[k], 0)) for k in scale)
+
+    condition = moved() / abs(f[""]) if f[""] else 0
+    spread = 1 + condition + sum(rounds[k] / scale[k] for k in scale)
+    for key, exact in f.items():
+        names = key.split(",") if key else []
+        terms = size / math.prod(scale[k] for k in names) if names else 0
+        if len(names) < 2:
+            allowed = abs(exact) + terms + moved(*names)
+        else:
+            allowed = (abs(exact) + terms) * spread
+        if len(names) < len(budget.ulps):
+            yield key, budget.ulps[len(names)] * allowed
+
+
+def M_errors(budget, f, arguments, point):
+    """Allowed errors of M and its derivatives, in units of eps."""
+    base, slope, first, second = budget
+    sizes = bracket_sizes(*(point["in"][name] for name in arguments))
+    relative = base + slope * abs(float(point["E"]))
+    for key, exact in f.items():
+        terms = 0.0
+        names = key.split(",") if key else []
+        if len(names) == 1:
+            terms = first * sizes[key]
+        elif names:
+            terms = second * (sizes[key] + sizes[names[0]] * sizes[names[1]])
+        yield key, relative * abs(exact) + terms * abs(f[""])
+
+
+def bracket_sizes(*arguments):
+    with mp.workdps(30):
+        sizes = reference.bracket_sizes(*(mpf(float(x)) for x in arguments))
+        return {key: float(size) for key, size in sizes.items()}
+
+
+def N_errors(budget, point, eps):
+    """Allowed errors of N and its gradient."""
+    tolerance, floor = budget
+    s = float(point["in"]["beta_n"])
+    relative = max(tolerance, floor * eps * math.pi / min(s, 1))
+    smallest = 1e-290 if eps < 1e-10 else 1e-30
+    peaks = {key: float(peak) for key, peak in point["peak"].items()}
+    for key, peak in peaks.items():
+        # A derivative that nearly cancels is a difference of terms as large as N.
+        size = max(peak, peaks["value"])
+        yield "" if key == "value" else key, relative * size + smallest
+
+
+def sample_M(theta_cone, v, xi, u1):
+    # The table holds the number after its move to the center of its cell.
+    u0 = xi - jnp.finfo(xi.dtype).eps / 2
+    return fiberjax.sample_M(theta_cone, v, jnp.stack([u0, u1]))
+
+
+def N(phi, theta_d, eta, sigma_a, beta_n, *, p, detector):
+    return fiberjax.N(
+        p,
+        phi,
+        theta_d,
+        eta=eta,
+        sigma_a=sigma_a,
+        beta_n=beta_n,
+        detector=detector,
+    )
+
+
+def equation(name, static):
+    """The function of the real arguments."""
+    if name in ("N", "N_logistic"):
+        return lambda *x: N(*x, **static)
+    if name == "sample_M":
+        return sample_M
+    f = getattr(fiberjax, name)
+    return (lambda *x: f(static["p"], *x)) if static else f
+
+
+def derivatives(f, arguments, order):
+    """A function from arrays to {"": value, "x": derivative, "x,y": ...}."""
+    every = tuple(range(len(arguments)))
+
+    def jet(*x):
+        value, slopes = jax.value_and_grad(f, every)(*x)
+        found = {"": value} | dict(zip(arguments, slopes, strict=True))
+        if order == 2:
+            rows = jax.hessian(f, every)(*x)
+            pairs = itertools.combinations_with_replacement(every, 2)
+            found |= {f"{arguments[i]},{arguments[j]}": rows[i][j] for i, j in pairs}
+        return found
+
+    return jax.jit(jax.vmap(jet))
+
+
+def evaluated(name, points, dtype):
+    """Pairs of a point and what the library finds there, by keys."""
+    groups = defaultdict(list)
+    for point in points:
+        static = tuple((n, point["in"][n]) for n in STATIC if n in point["in"])
+        groups[static].append(point)
+    for static, members in groups.items():
+        arguments = [n for n in members[0]["in"] if n not in STATIC]
+        x = [jnp.array([float(q["in"][n]) for q in members], dtype) for n in arguments]
+        order = 1 if name in ("N", "N_logistic") else 2
+        found = derivatives(equation(name, dict(static)), arguments, order)(*x)
+        assert {array.dtype for array in found.values()} == {jnp.dtype(dtype)}
+        columns = {key: np.asarray(array, float) for key, array in found.items()}
+        for i, point in enumerate(members):
+            yield point, {key: column[i] for key, column in columns.items()}
+
+
+def exact_values(point):
+    values = {"": point["value"], **point["grad"], **point.get("hess", {})}
+    return {key: float(text) for key, text in values.items()}
+
+
+def allowed_errors(name, f, point, dtype):
+    info = np.finfo(dtype)
+    if "peak" in point:
+        yield from N_errors(BUDGET[name], point, float(info.eps))
+        return
+    arguments = [n for n in point["in"] if n not in STATIC]
+    errors = M_errors if name == "M" else smooth_errors
+    for key, error in errors(BUDGET[name], f, arguments, point):
+        # A point's "second" names the only dtype with room for second derivatives.
+        if "," not in key or point.get("second", dtype) == dtype:
+            yield key, float(info.eps) * error + float(info.smallest_normal)
+
+
+def budgets_spent(name, results, dtype):
+    """Every error over what is allowed, with the words to describe it."""
+    for point, found in results:
+        f = exact_values(point)
+        for key, allowed in allowed_errors(name, f, point, dtype):
+            if key not in f:
+                continue
+            error = abs(found[key] - f[key])
+            if underflows(point, dtype) and error <= abs(f[key]):
+                continue
+            words = f"d/d[{key}] {found[key]}, not {f[key]}, at {point['in']}"
+            yield error / allowed, words
+
+
+def underflows(point, dtype):
+    """Whether the exponential in the function is no normal number: 0 is then right."""
+    smallest = math.log(np.finfo(dtype).smallest_normal)
+    return float(point.get("E", 0)) < smallest
+
+
+def check(name, results, dtype):
+    spent = list(budgets_spent(name, results, dtype))
+    assert len(spent) >= len(results)
+    beyond = [
+        f"{times:.3g} budgets: {words}" for times, words in spent if not times <= 1
+    ]
+    assert not beyond, "\n".join([f"{len(beyond)} of {len(spent)}", *beyond[:20]])
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("name", BUDGET)
+def test_table(name, dtype):
+    points = json.loads((TABLES / f"{name}.json").read_text())["points"]
+    points = [q for q in points if q.get("only", dtype) == dtype]
+    check(name, list(evaluated(name, points, dtype)), dtype)
+
+
+def shared_points(name):
+    path = TRUTH / name
+    if not path.exists():
+        pytest.skip(f"{path} is not there")
+    return json.loads(path.read_text())["points"]
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_shared_longitudinal(dtype):
+    points = []
+    for row in shared_points("longitudinal.json"):
+        given = {"theta_cone": "theta_c", "theta_o": "theta_o", "v": "v"}
+        theta_c, theta_o, v = (float(row[key]) for key in given.values())
+        points.append(
+            {
+                "in": {name: row[key] for name, key in given.items()},
+                "value": row["M"],
+                "grad": {name: row[f"dM_d{key}"] for name, key in given.items()},
+                "E": -2 * math.sin((theta_o - theta_c) / 2) ** 2 / v,
+            }
+        )
+    check("M", list(evaluated("M", points, dtype)), dtype)
+
+
+def test_shared_azimuthal():
+    """In float64: these arguments are no float32 numbers."""
+    points = []
+    for row in shared_points("azimuthal.json"):
+        beta_n = math.sqrt(float(row["v"]))
+        if beta_n < 0.2:
+            continue
+        given = {name: row[name] for name in ("p", "phi", "theta_d", "eta", "sigma_a")}
+        slopes = {n: float(slope) for n, slope in row.get("dN", {}).items()}
+        if slopes:
+            slopes["beta_n"] = 2 * beta_n * slopes.pop("v")
+        points.append(
+            {
+                "in": {**given, "beta_n": beta_n, "detector": "normal"},
+                "value": row["N"],
+                "grad": slopes,
+            }
+        )
+    # The exact values come without peaks: these are the library's, on a grid.
+    for point in points:
+        point["peak"] = defaultdict(float)
+    grid = np.linspace(0, math.pi, 33)
+    around = [
+        {**point, "in": {**point["in"], "phi": phi}, "probe": True}
+        for point in points
+        for phi in grid
+    ]
+    results = list(evaluated("N", points + around, "float64"))
+    for point, found in results:
+        for key, value in found.items():
+            peak = point["peak"][key or "value"]
+            point["peak"][key or "value"] = max(peak, abs(value))
+    check("N", [pair for pair in results if "probe" not in pair[0]], "float64")
