@@ -2,7 +2,10 @@
 
 import ast
 import inspect
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -169,38 +172,60 @@ def test_a_batch_of_fibers_by_vmap():
 
 
 N_ARGUMENTS = {"eta": 1.55, "sigma_a": 0.1, "beta_n": 0.3}
+untyped: Any = fj  # so that a type checker lets bad input through
 BAD = {
-    "p negative": (lambda: fj.N(-1, 0.1, 0.1, **N_ARGUMENTS), "p = -1: must be >= 0"),
-    "p not an integer": (lambda: fj.Phi(1.5, 0.1, 1.6), "must be a static integer"),
-    "tail from 0": (lambda: fj.A_rest(0, 0.1, 0.5), "p = 0: must be >= 1"),
-    "order": (lambda: fj.GaussGamma(0), "order = 0: must be >= 1"),
-    "rule": (lambda: fj.N(1, 0.1, 0.1, rule="simpson", **N_ARGUMENTS), "GaussGamma"),
-    "rule of evaluate": (lambda: fj.evaluate(FIBER, 0, 0, 0, rule=70), "GaussH"),
+    "p negative": (
+        lambda: untyped.N(-1, 0.1, 0.1, **N_ARGUMENTS),
+        "p = -1: must be >= 0",
+    ),
+    "p not an integer": (
+        lambda: untyped.Phi(1.5, 0.1, 1.6),
+        "must be a static integer",
+    ),
+    "tail from 0": (lambda: untyped.A_rest(0, 0.1, 0.5), "p = 0: must be >= 1"),
+    "order": (lambda: untyped.GaussGamma(0), "order = 0: must be >= 1"),
+    "rule": (
+        lambda: untyped.N(1, 0.1, 0.1, rule="simpson", **N_ARGUMENTS),
+        "GaussGamma",
+    ),
+    "rule of evaluate": (lambda: untyped.evaluate(FIBER, 0, 0, 0, rule=70), "GaussH"),
     "detector": (
-        lambda: fj.N(1, 0.1, 0.1, detector="box", **N_ARGUMENTS),
+        lambda: untyped.N(1, 0.1, 0.1, detector="box", **N_ARGUMENTS),
         r"detector = 'box': must be one of \('normal', 'logistic'\)",
     ),
-    "incidence": (lambda: fj.albedo(FIBER, 0.1, incidence="h"), "theta_i"),
-    "no lobes": (lambda: fj.evaluate(FIBER, 0, 0, 0, lobes=()), "non-empty"),
-    "lobe twice": (lambda: fj.evaluate(FIBER, 0, 0, 0, lobes=(1, 1)), "twice"),
+    "incidence": (lambda: untyped.albedo(FIBER, 0.1, incidence="h"), "theta_i"),
+    "no lobes": (lambda: untyped.evaluate(FIBER, 0, 0, 0, lobes=()), "non-empty"),
+    "lobe twice": (lambda: untyped.evaluate(FIBER, 0, 0, 0, lobes=(1, 1)), "twice"),
     "sigma_a": (
-        lambda: fj.N(1, 0.1, 0.1, eta=1.5, sigma_a=np.ones((2, 3)), beta_n=0.3),
+        lambda: untyped.N(1, 0.1, 0.1, eta=1.5, sigma_a=np.ones((2, 3)), beta_n=0.3),
         r"sigma_a has shape \(2, 3\): must be \(\) or \(C,\)",
     ),
     "many fibers": (
-        lambda: fj.evaluate(fj.Fiber(eta=np.ones(3) * 1.5), 0, 0, 0),
+        lambda: untyped.evaluate(fj.Fiber(eta=np.ones(3) * 1.5), 0, 0, 0),
         r"eta has shape \(3,\): .*jax.vmap",
     ),
-    "u of sample": (lambda: fj.sample(FIBER, 0.1, np.zeros(4)), r"u has shape \(4,\)"),
-    "u of sample_M": (lambda: fj.sample_M(0.1, 0.1, np.zeros(3)), "must be 2"),
-    "clamp": (lambda: fj.sample(FIBER, 0.1, np.ones(5) / 2, clamp=0), "clamp = 0"),
+    "u of sample": (
+        lambda: untyped.sample(FIBER, 0.1, np.zeros(4)),
+        r"u has shape \(4,\)",
+    ),
+    "u of sample_M": (lambda: untyped.sample_M(0.1, 0.1, np.zeros(3)), "must be 2"),
+    "clamp": (lambda: untyped.sample(FIBER, 0.1, np.ones(5) / 2, clamp=0), "clamp = 0"),
     "gradient": (
-        lambda: fj.sample(FIBER, 0.1, np.ones(5) / 2, gradient="none"),
+        lambda: untyped.sample(FIBER, 0.1, np.ones(5) / 2, gradient="none"),
         "detached",
     ),
-    "smooth TRT": (lambda: fj.pdf_smooth(FIBER, 0, 0, 0, lobes=(0, 2)), "lobes = "),
-    "vector": (lambda: fj.to_angles(np.ones(2), WO, TANGENT), r"wi has shape \(2,\)"),
-    "tangent": (lambda: fj.from_angles(0.0, 0.0, 0.0, np.ones(2)), "tangent has shape"),
+    "smooth TRT": (
+        lambda: untyped.pdf_smooth(FIBER, 0, 0, 0, lobes=(0, 2)),
+        "lobes = ",
+    ),
+    "vector": (
+        lambda: untyped.to_angles(np.ones(2), WO, TANGENT),
+        r"wi has shape \(2,\)",
+    ),
+    "tangent": (
+        lambda: untyped.from_angles(0.0, 0.0, 0.0, np.ones(2)),
+        "tangent has shape",
+    ),
 }
 
 
@@ -250,3 +275,20 @@ def test_a_file_imports_only_from_lower_floors():
 def test_the_library_leaves_the_configuration_alone():
     for path in Path(fj.__file__).parent.glob("*.py"):
         assert "jax.config" not in path.read_text()
+
+
+def test_float32_is_enough(tmp_path):
+    """With x64 off, as users have it, nothing warns and nothing needs float64."""
+    script = tmp_path / "float32.py"
+    script.write_text(
+        "import warnings; warnings.simplefilter('error')\n"
+        "import numpy as np, fiberjax as fj\n"
+        "S = fj.evaluate(fj.Fiber(alpha=np.float64(-0.03)), np.float64(0.3), 0.1, 2.0)\n"
+        "draw = fj.sample(fj.Fiber(), 0.3, np.full(5, 0.4))\n"
+        "assert S.dtype == draw.weight.dtype == np.float32\n"
+        "print(*S)\n"
+    )
+    run = [sys.executable, str(script)]
+    text = subprocess.run(run, check=True, capture_output=True, text=True).stdout
+    exact = fj.evaluate(fj.Fiber(alpha=-0.03), 0.3, 0.1, 2.0)
+    np.testing.assert_allclose([float(x) for x in text.split()], exact, rtol=1e-5)

@@ -47,7 +47,7 @@ def naive_N(p, phi, theta_d, eta, sigma_a, beta):
     points = np.linspace(-HALF_PI, HALF_PI, 9)
     return sum(
         integrate.quad(integrand, a, b, epsabs=1e-13, epsrel=1e-11)[0]
-        for a, b in zip(points[:-1], points[1:], strict=True)
+        for a, b in itertools.pairwise(points)
     )
 
 
@@ -67,7 +67,7 @@ def test_M_integrates_to_one_by_scipy_quad(theta_c, v):
     f = jax.jit(lambda t: fj.M(theta_c, t, v) * jnp.cos(t))
     total = sum(
         integrate.quad(f, a, b, epsabs=1e-14, epsrel=1e-11)[0]
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in itertools.pairwise(edges)
         if b > a
     )
     # Twelve deviations hold all but e^-72 of a narrow M, and all of a wide one.

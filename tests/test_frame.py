@@ -27,7 +27,9 @@ def test_there_and_back():
     phi = rng.uniform(-np.pi, np.pi, 1000)
     tangent = rng.normal(size=(1000, 3))
     tangent[:3] = np.eye(3)
-    wi, wo = fj.from_angles(*theta, phi, tangent, phi_i=rng.uniform(-3, 3, 1000))
+    wi, wo = fj.from_angles(
+        theta[0], theta[1], phi, tangent, phi_i=rng.uniform(-3, 3, 1000)
+    )
     np.testing.assert_allclose(jnp.linalg.norm(wi, axis=-1), 1, rtol=1e-14)
     found = fj.to_angles(wi, wo, tangent)
     np.testing.assert_allclose(found[0], theta[0], atol=1e-13)

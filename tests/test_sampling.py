@@ -39,10 +39,10 @@ def equal_edges(fiber, theta_i, count):
     sine = np.linspace(-1, 1, 1 << 16)
     theta = np.arcsin((sine[1:] + sine[:-1]) / 2)
     tilt = 0.0 if fiber.alpha is None else float(fiber.alpha)
-    M = sum(
-        np.asarray(fj.M(-theta_i + k * tilt, theta, (w * fiber.beta_m) ** 2))
-        for k, w in [(2, 1), (-1, 0.5), (-4, 2), (0, 2)]
-    )
+    lobes = [(2, 1), (-1, 0.5), (-4, 2), (0, 2)]
+    M = np.zeros_like(theta)
+    for k, w in lobes:
+        M += np.asarray(fj.M(-theta_i + k * tilt, theta, (w * fiber.beta_m) ** 2))
     # A tenth in proportion to the sine, so that no interval is long.
     share = np.concatenate([[0], np.cumsum(M)]) / M.sum() * 0.9 + (1 + sine) / 20
     edges = np.interp(np.linspace(0, 1, count + 1), share, np.arcsin(sine))

@@ -1,0 +1,47 @@
+"""The README's example runs, and its numbers are those of the scripts."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "README.md").read_text()
+
+
+def test_the_example_asserts_its_own_accuracy():
+    (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.S)
+    assert code.count("assert") >= 2
+    exec(compile(code, "README.md", "exec"), {})
+
+
+@pytest.mark.parametrize("name", ["eta_prime", "h_tt", "d_tt", "d_trt"])
+def test_the_table_of_constants(name):
+    (row,) = (line for line in TEXT.splitlines() if line.startswith(f"| `{name}.py`"))
+    *_, published, least_squares, minimax, errors, _ = row.split("|")
+    entry = json.loads((ROOT / "fits" / "constants" / f"{name}.json").read_text())
+    constants = {"published": entry["published"], **entry["constants"]}
+    shown = {"published": published, "least_squares": least_squares, "minimax": minimax}
+    for kind, text in shown.items():
+        assert text.strip() == ", ".join(f"{x:.6g}" for x in constants[kind].values())
+    found = ", ".join(f"{100 * entry['error'][kind]['max']:.2f} %" for kind in shown)
+    assert errors.strip() == found
+
+
+def test_the_range_of_the_furnace():
+    with (ROOT / "figures" / "furnace.csv").open() as file:
+        rows = [r for r in csv.DictReader(file) if r["incidence"] == "theta_d"]
+    albedo = [float(r["albedo"]) for r in rows]
+    assert f"between {min(albedo):.3f} and {max(albedo):.3f}" in TEXT.replace("\n", " ")
+
+
+def test_every_picture_and_file_named_exists():
+    for path in re.findall(r"\]\((figures/[^)]+)\)", TEXT):
+        assert (ROOT / path).exists(), path
+    named = set(re.findall(r"`(\w+\.py)`", TEXT.split("## Files")[1]))
+    files = {path.name for path in (ROOT / "src" / "fiberjax").glob("*.py")}
+    assert files - {"__init__.py"} == named
+    for target in re.findall(r"`make ([a-z-]+)`", TEXT):
+        assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M), target
