@@ -283,7 +283,8 @@ def test_float32_is_enough(tmp_path):
     script.write_text(
         "import warnings; warnings.simplefilter('error')\n"
         "import numpy as np, fiberjax as fj\n"
-        "S = fj.evaluate(fj.Fiber(alpha=np.float64(-0.03)), np.float64(0.3), 0.1, 2.0)\n"
+        "hair = fj.Fiber(alpha=np.float64(-0.03))\n"
+        "S = fj.evaluate(hair, np.float64(0.3), 0.1, 2.0)\n"
         "draw = fj.sample(fj.Fiber(), 0.3, np.full(5, 0.4))\n"
         "assert S.dtype == draw.weight.dtype == np.float32\n"
         "print(*S)\n"
