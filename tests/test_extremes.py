@@ -108,7 +108,8 @@ def test_far_field(function, incidence, dtype):
     def value(theta_i, theta_o, eta, sigma_a, beta):
         fiber = fj.Fiber(eta, beta, beta, dtype(-0.05), sigma_a)
         angles = (theta_i,) if function == "albedo" else (theta_i, theta_o, dtype(2.0))
-        return f(fiber, *angles, rule=fj.GaussGamma(16), incidence=incidence)
+        choices = {"rule": fj.GaussGamma(16), "incidence": incidence}
+        return f(fiber, *angles, lobes=(0, 2), **choices)
 
     found, gradients = jax.jit(jax.vmap(jax.value_and_grad(value, range(5))))(*points)
     assert finite(found)

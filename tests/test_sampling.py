@@ -171,9 +171,16 @@ def test_pdf_integrates_to_one(incidence):
         assert total == pytest.approx(1, abs=1e-8)
 
 
-@pytest.mark.parametrize("incidence", ["theta_d", "theta_i"])
-@pytest.mark.parametrize("detector", ["normal", "logistic"])
-def test_mean_weight_in_a_direction_is_evaluate_over_pdf(incidence, detector):
+@pytest.mark.parametrize(
+    ("detector", "incidence"),
+    [
+        ("normal", "theta_d"),
+        ("logistic", "theta_i"),
+        pytest.param("logistic", "theta_d", marks=pytest.mark.slow),
+        pytest.param("normal", "theta_i", marks=pytest.mark.slow),
+    ],
+)
+def test_mean_weight_in_a_direction_is_evaluate_over_pdf(detector, incidence):
     """By moments: any function of the direction has one mean by either route."""
     fiber = make_fiber(0.4, (0.2, 1.5), -0.05)
     choices = {"incidence": incidence, "detector": detector}
@@ -270,8 +277,15 @@ def test_smooth_limit_of_the_pdf():
 
 
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
-@pytest.mark.parametrize("detector", ["normal", "logistic"])
-@pytest.mark.parametrize("gradient", ["reparameterized", "detached"])
+@pytest.mark.parametrize(
+    ("detector", "gradient"),
+    [
+        ("normal", "reparameterized"),
+        ("logistic", "detached"),
+        pytest.param("logistic", "reparameterized", marks=pytest.mark.slow),
+        pytest.param("normal", "detached", marks=pytest.mark.slow),
+    ],
+)
 def test_ends_of_the_unit_interval(dtype, detector, gradient):
     """u = 0 and u = 1 - eps/2, in every combination: finite values and gradients."""
     last = 1 - jnp.finfo(dtype).eps / 2

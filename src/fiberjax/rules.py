@@ -133,50 +133,56 @@ class GaussGamma(Rule):
         lobe_number("order", self.order, lowest=1)
 
     def average(self, weight, theta_d, eta):
-        delta = _grading(theta_d, eta)
+        shape = jnp.broadcast_shapes(theta_d.shape, eta.shape)
+        graded = _graded(theta_d, eta, _edges(shape, theta_d.dtype))
 
         def term(t, w):
-            offset, slope = _graded(t, delta, jnp.pi / 2, 0.0)
-            return weight(offset) * (w * slope)[..., None]
+            offset, slope = graded(t)
+            return (weight(offset) * (w * slope)[..., None]).sum(0)
 
         return weighted_sum(term, gauss_legendre_unit(self.order), theta_d.dtype)
 
     def convolve(self, weight, p, phi, theta_d, eta, density, kink):
         x = phi - (p % 2) * jnp.pi
-        # The parts of the range stand on an axis in front of all others.
-        shape = (1, *jnp.broadcast_shapes(x.shape, theta_d.shape, eta.shape))
-        ends = [jnp.zeros(shape, x.dtype), jnp.full(shape, jnp.pi / 2, x.dtype)]
-        if kink:
-            ends.insert(1, half_turns(p, wrap(x), theta_d, eta))
-        edges = jnp.pi / 2 - jnp.concatenate(ends)
-        delta = _grading(theta_d, eta)
+        shape = jnp.broadcast_shapes(x.shape, theta_d.shape, eta.shape)
+        breaks = [half_turns(p, wrap(x), theta_d, eta)] if kink else []
+        graded = _graded(theta_d, eta, _edges(shape, x.dtype, *breaks))
 
         def term(t, w):
-            offset, slope = _graded(t, delta, edges[:-1], edges[1:])
+            offset, slope = graded(t)
             seen = _both_sides(density, p, x, offset, theta_d, eta)
             return (weight(offset) * (w * slope * seen)[..., None]).sum(0)
 
         return weighted_sum(term, gauss_legendre_unit(self.order), phi.dtype)
 
 
-def _grading(theta_d: Floats, eta: Floats) -> Floats:
-    """delta, the distance from grazing within which the Fresnel terms change."""
+def _edges(shape: tuple[int, ...], dtype: Any, *breaks: Floats) -> Floats:
+    """0, the breaks and pi/2 along a new first axis."""
+    start, end = jnp.zeros((1, *shape), dtype), jnp.full((1, *shape), jnp.pi / 2, dtype)
+    return jnp.concatenate([start, *breaks, end])
+
+
+def _graded(theta_d: Floats, eta: Floats, edges: Floats) -> Callable[[Floats], Any]:
+    """A map from t in [0, 1] to an offset and dh/dt, graded towards grazing.
+
+    The distance from grazing is x = pi/2 - gamma = delta sinh z with z linear in t.
+    `edges` are angles gamma in ascending order along the first axis; the map covers
+    every interval between two of them, along that axis.
+    """
     delta = numerics.sqrt((eta - 1) * (eta + 1)) / jnp.abs(jnp.cos(theta_d))
     # Where the nodes lie is no function of the parameters: the integral does not depend
     # on it. Closer to eta = 1 there is too little light in the region to matter.
-    return jax.lax.stop_gradient(jnp.maximum(delta, 0.005))
+    delta = jax.lax.stop_gradient(jnp.maximum(delta, 0.005))
+    z = jnp.arcsinh((jnp.pi / 2 - edges) / delta)
+    start, span = z[:-1], z[:-1] - z[1:]
 
+    def graded(t):
+        sinh = jnp.sinh(start - span * t)
+        x = delta * sinh
+        slope = span * delta * jnp.sqrt(1 + sinh * sinh) * jnp.sin(x)
+        return Offset(jnp.pi / 2 - x, jnp.cos(x), jnp.sin(x)), slope
 
-def _graded(t, delta, far: Floats | float, near: Floats | float):
-    """The offset at t in [0, 1] between two distances from grazing, and dh/dt there.
-
-    t = 0 is the farther one: x = pi/2 - gamma = delta sinh z with z linear in t.
-    """
-    start, end = jnp.arcsinh(far / delta), jnp.arcsinh(near / delta)
-    z = start + (end - start) * t
-    x = delta * jnp.sinh(z)
-    slope = (start - end) * delta * jnp.cosh(z) * jnp.sin(x)
-    return Offset(jnp.pi / 2 - x, jnp.cos(x), jnp.sin(x)), slope
+    return graded
 
 
 DEFAULT = GaussGamma()
