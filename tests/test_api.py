@@ -14,6 +14,7 @@ import pytest
 
 import fiberjax as fj
 
+untyped: Any = fj  # for input that a type checker refuses
 FIBER = fj.Fiber(alpha=-0.03, sigma_a=(0.2, 0.6))
 U5 = (0.31, 0.62, 0.23, 0.84, 0.45)
 WI, WO, TANGENT = (0.3, 0.8, -0.2), (-0.5, 0.1, 0.7), (1.0, 0.2, 0.1)
@@ -70,6 +71,11 @@ def test_dtype_of_the_inputs_is_kept(name, dtype):
     f, point = CASES[name]
     for result in jax.tree.leaves(f(*arrays(point, dtype))):
         assert result.dtype == dtype
+    if name == "sample":
+        theta_i, u = arrays(point, dtype)
+        draw = fj.sample(FIBER, theta_i, u, clamp=np.float64(2))
+        assert draw.weight.dtype == dtype
+        assert draw.p.dtype == jnp.asarray(0).dtype
     # The angles decide: a float64 constant beside them does not promote.
     if name == "N":
         angles = arrays(point[:2], dtype)
@@ -162,6 +168,13 @@ def test_broadcasting_and_colors():
         np.testing.assert_allclose(found[:, 0], expected, rtol=1e-13)
 
 
+def test_lists_are_arrays():
+    np.testing.assert_array_equal(
+        untyped.M([0.1, 0.2], 0.1, 0.3), fj.M(np.array([0.1, 0.2]), 0.1, 0.3)
+    )
+    assert untyped.to_angles([1, 0, 0], [0, 1, 0], [0, 0, 1])[2] == np.pi / 2
+
+
 def test_a_batch_of_fibers_by_vmap():
     betas = jnp.asarray((0.2, 0.4))
     fibers = jax.vmap(lambda b: fj.Fiber(beta_m=b, beta_n=b))(betas)
@@ -172,7 +185,6 @@ def test_a_batch_of_fibers_by_vmap():
 
 
 N_ARGUMENTS = {"eta": 1.55, "sigma_a": 0.1, "beta_n": 0.3}
-untyped: Any = fj  # so that a type checker lets bad input through
 BAD = {
     "p negative": (
         lambda: untyped.N(-1, 0.1, 0.1, **N_ARGUMENTS),
@@ -194,7 +206,7 @@ BAD = {
         r"detector = 'box': must be one of \('normal', 'logistic'\)",
     ),
     "incidence": (lambda: untyped.albedo(FIBER, 0.1, incidence="h"), "theta_i"),
-    "no lobes": (lambda: untyped.evaluate(FIBER, 0, 0, 0, lobes=()), "non-empty"),
+    "no lobes": (lambda: untyped.evaluate(FIBER, 0, 0, 0, lobes=()), "at least one"),
     "lobe twice": (lambda: untyped.evaluate(FIBER, 0, 0, 0, lobes=(1, 1)), "twice"),
     "sigma_a": (
         lambda: untyped.N(1, 0.1, 0.1, eta=1.5, sigma_a=np.ones((2, 3)), beta_n=0.3),
@@ -208,11 +220,23 @@ BAD = {
         lambda: untyped.sample(FIBER, 0.1, np.zeros(4)),
         r"u has shape \(4,\)",
     ),
-    "u of sample_M": (lambda: untyped.sample_M(0.1, 0.1, np.zeros(3)), "must be 2"),
+    "u of sample_M": (lambda: untyped.sample_M(0.1, 0.1, np.zeros(3)), "must end in 2"),
     "clamp": (lambda: untyped.sample(FIBER, 0.1, np.ones(5) / 2, clamp=0), "clamp = 0"),
     "gradient": (
         lambda: untyped.sample(FIBER, 0.1, np.ones(5) / 2, gradient="none"),
         "detached",
+    ),
+    "negative clamp": (
+        lambda: untyped.sample(FIBER, 0.1, np.ones(5) / 2, clamp=np.float32(-2)),
+        "must be > 0",
+    ),
+    "rest": (lambda: untyped.evaluate(FIBER, 0, 0, 0, rest="no"), "True or False"),
+    "per_lobe": (lambda: untyped.albedo(FIBER, 0, per_lobe=2), "per_lobe = 2"),
+    "p of lobe": (lambda: untyped.lobe(FIBER, -1, 0, 0, 0), "p = -1"),
+    "no eta": (lambda: untyped.evaluate(fj.Fiber(eta=None), 0, 0, 0), "eta is None"),
+    "no widths": (
+        lambda: untyped.evaluate(fj.Fiber(widths_m=()), 0, 0, 0),
+        r"widths_m has shape \(0,\)",
     ),
     "smooth TRT": (
         lambda: untyped.pdf_smooth(FIBER, 0, 0, 0, lobes=(0, 2)),
@@ -246,7 +270,7 @@ FLOORS = (
     {"azimuthal"},
     {"fiber"},
     {"model"},
-    {"farfield", "frame", "sampling"},
+    {"energy", "farfield", "frame", "sampling", "smooth"},
     {"approximation"},
     {"fitting"},
 )

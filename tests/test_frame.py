@@ -59,3 +59,12 @@ def test_small_angles_from_the_tangent_are_kept():
     w = jnp.asarray((1.0, tilt, 0.0))
     theta, _, _ = fj.to_angles(w, w, jnp.asarray((1.0, 0.0, 0.0)))
     np.testing.assert_allclose(np.pi / 2 - theta, tilt, rtol=1e-6)
+
+
+def test_lengths_do_not_matter():
+    """Down and up to where the squares leave the range of float32."""
+    wi, wo, tangent = np.array([[1, 1, 0], [0, 1, 1], [1, 0, 0]], np.float32)
+    expected = fj.to_angles(wi, wo, tangent)
+    for scale in np.array([1e-30, 1e-12, 1e12, 1e30], np.float32):
+        found = fj.to_angles(scale * wi, wo / scale, scale * tangent)
+        np.testing.assert_allclose(found, expected, rtol=1e-6)

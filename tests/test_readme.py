@@ -4,8 +4,11 @@ import csv
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
+import reference
+from mpmath import mp
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text()
@@ -15,6 +18,27 @@ def test_the_example_asserts_its_own_accuracy():
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.S)
     assert code.count("assert") >= 2
     exec(compile(code, "README.md", "exec"), {})
+
+
+def test_the_truth_of_the_example():
+    (call,) = re.findall(r"fj\.N\((.*?)\)", TEXT)
+    p, phi, theta_d, eta, sigma_a, beta_n = re.findall(r"[\d.]+", call)
+    (shown,) = re.findall(r"abs\(N / (\S+) - 1\)", TEXT)
+    numbers = [float(x) for x in (phi, theta_d, eta, sigma_a, beta_n)]
+    with mp.workdps(50):
+        exact: Any = reference.N(int(p), *numbers, detector="normal")
+    assert float(shown) == float(exact)
+
+
+def test_the_errors_against_the_lobes():
+    for name, text in [("d_tt", "4.5 % to 172 %"), ("d_trt", "17 % to 283 %")]:
+        assert text.replace(" ", "") in re.sub(r"\s", "", TEXT)
+        low, high = (float(x.strip(" %")) / 100 for x in text.split("to"))
+        entry = json.loads((ROOT / "fits" / "constants" / f"{name}.json").read_text())
+        cells = entry["against_reference"]["cells"]
+        errors = [cell["error"]["published"]["max"] for cell in cells]
+        assert min(errors) == pytest.approx(low, rel=0.03)
+        assert max(errors) == pytest.approx(high, rel=0.03)
 
 
 @pytest.mark.parametrize("name", ["eta_prime", "h_tt", "d_tt", "d_trt"])

@@ -10,11 +10,10 @@ standard deviations in radians, lengths are in fiber radii.
 from fiberjax.azimuthal import N as N
 from fiberjax.circular import trimmed_logistic as trimmed_logistic
 from fiberjax.circular import wrapped_normal as wrapped_normal
-from fiberjax.farfield import albedo as albedo
+from fiberjax.energy import albedo as albedo
 from fiberjax.farfield import evaluate as evaluate
 from fiberjax.farfield import lobe as lobe
 from fiberjax.farfield import pdf as pdf
-from fiberjax.farfield import pdf_smooth as pdf_smooth
 from fiberjax.fiber import Fiber as Fiber
 from fiberjax.fiber import check as check
 from fiberjax.frame import from_angles as from_angles
@@ -29,5 +28,6 @@ from fiberjax.rules import GaussGamma as GaussGamma
 from fiberjax.rules import GaussH as GaussH
 from fiberjax.sampling import Sample as Sample
 from fiberjax.sampling import sample as sample
+from fiberjax.smooth import pdf_smooth as pdf_smooth
 from fiberjax.spherical import M as M
 from fiberjax.spherical import sample_M as sample_M

@@ -77,6 +77,16 @@ _DOMAINS = {
     "tilts": (-np.inf, np.inf),
 }
 _MAY_TOUCH = ("eta", "sigma_a")  # the lower bound itself is allowed
+_MAY_MISS = ("alpha", "sigma_a")
+_PER_LOBE = ("widths_m", "widths_n", "tilts")
+
+
+def _present(fiber: Fiber, name: str) -> Any:
+    """The field; ValueError if it is None and may not be."""
+    value = getattr(fiber, name)
+    if value is None and name not in _MAY_MISS:
+        raise ValueError(f"{name} is None: must be a number; only {_MAY_MISS} may be")
+    return value
 
 
 def check(fiber: Fiber) -> Fiber:
@@ -95,11 +105,11 @@ def check(fiber: Fiber) -> Fiber:
         ValueError: naming the field, the value and what is allowed.
     """
     for name, (low, high) in _DOMAINS.items():
-        value = getattr(fiber, name)
+        value = _present(fiber, name)
         if value is None:
             continue
         value = np.asarray(value, np.float64)
-        if name.startswith(("widths", "tilts")) and not value.size:
+        if name in _PER_LOBE and not value.size:
             raise ValueError(f"{name} is empty: must have a factor for lobe 0")
         inside = (value >= low) if name in _MAY_TOUCH else (value > low)
         inside &= value < high
@@ -120,18 +130,20 @@ class LobeShape(NamedTuple):
 
 def cast(fiber: Fiber, dtype: Any) -> Fiber:
     """The fiber in another dtype; ValueError if it is not one fiber."""
-    for name in ("eta", "beta_m", "beta_n", "alpha"):
-        value = getattr(fiber, name)
-        if value is not None and value.ndim:
+    for name in _DOMAINS:
+        value = _present(fiber, name)
+        if value is None or name == "sigma_a":
+            check_sigma_a(fiber.sigma_a)
+        elif name in _PER_LOBE:
+            if value.ndim != 1 or not value.size:
+                raise ValueError(
+                    f"{name} has shape {value.shape}: must be (L,), L >= 1"
+                )
+        elif value.ndim:
             raise ValueError(
                 f"{name} has shape {value.shape}: must be (), a Fiber is one fiber; "
                 "use jax.vmap for many"
             )
-    check_sigma_a(fiber.sigma_a)
-    for name in ("widths_m", "widths_n", "tilts"):
-        if getattr(fiber, name).ndim != 1:
-            shape = getattr(fiber, name).shape
-            raise ValueError(f"{name} has shape {shape}: must have one axis")
     return jax.tree.map(lambda x: x.astype(dtype), fiber)
 
 

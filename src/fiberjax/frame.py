@@ -1,18 +1,18 @@
 """Directions and the angles of the model."""
 
+import jax
 import jax.numpy as jnp
 
 from fiberjax import numerics
-from fiberjax._types import Floats, Reals, floats
+from fiberjax._types import Floats, Reals, floats, last_axis
 
 
-def _vectors(**named: Reals) -> list[Floats]:
-    for name, vector in named.items():
-        if jnp.shape(vector)[-1:] != (3,):
-            raise ValueError(
-                f"{name} has shape {jnp.shape(vector)}: the last axis must be 3"
-            )
-    return floats(tuple(named.values()))
+def _unscaled(vector: Floats) -> Floats:
+    """The vector over its largest component: angles do not depend on lengths, and
+    squares of very long or short vectors would leave the range of float32.
+    """
+    size = jax.lax.stop_gradient(jnp.abs(vector).max(-1, keepdims=True))
+    return vector / jnp.where(size > 0, size, 1)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
@@ -43,8 +43,9 @@ def to_angles(wi: Reals, wo: Reals, tangent: Reals) -> tuple[Floats, Floats, Flo
     Raises:
         ValueError: an argument does not end in an axis of 3.
     """
-    wi, wo, t = _vectors(wi=wi, wo=wo, tangent=tangent)
-    wi, wo, t = jnp.broadcast_arrays(wi, wo, t)
+    last_axis(3, wi=wi, wo=wo, tangent=tangent)
+    vectors = jnp.broadcast_arrays(*floats((wi, wo, tangent)))
+    wi, wo, t = map(_unscaled, vectors)
     across_i, across_o = jnp.cross(t, wi), jnp.cross(t, wo)
     theta_i = jnp.atan2(_dot(t, wi), _length(across_i))
     theta_o = jnp.atan2(_dot(t, wo), _length(across_o))
@@ -76,11 +77,9 @@ def from_angles(
     Raises:
         ValueError: the tangent does not end in an axis of 3.
     """
-    if jnp.shape(tangent)[-1:] != (3,):
-        raise ValueError(
-            f"tangent has shape {jnp.shape(tangent)}: the last axis must be 3"
-        )
+    last_axis(3, tangent=tangent)
     theta_i, theta_o, phi, t, phi_i = floats((theta_i, theta_o, phi), (tangent, phi_i))
+    t = _unscaled(t)
     t = t / _length(t)[..., None]
     axis = jnp.argmin(jnp.abs(t), -1)
     n = (jnp.arange(3) == axis[..., None]).astype(t.dtype)

@@ -59,4 +59,5 @@ def reflectance(cos_theta_i: Reals, eta: Reals) -> Floats:
     plain eta agrees with a 3-D ray trace.
     """
     mu, eta = floats((cos_theta_i,), (eta,))
-    return interface(mu, eta).reflected
+    # cos(float32(pi/2)) is negative: the angle has passed grazing by rounding alone.
+    return interface(jnp.abs(mu), eta).reflected

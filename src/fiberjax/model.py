@@ -1,17 +1,17 @@
 """The static choices of the far-field model, and what its parts let through."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from fiberjax._types import Floats, choice, lobe_number
+from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
 from fiberjax.circular import DETECTORS
-from fiberjax.fiber import Fiber, LobeShape, cone, fold, lobe_shape, rest_shape
+from fiberjax.fiber import Fiber, LobeShape, cast, cone, fold, lobe_shape, rest_shape
 from fiberjax.path import Offset, ray
 from fiberjax.rules import Rule, check_rule
+from fiberjax.spherical import M
 
 INCIDENCES = ("theta_d", "theta_i")
 
@@ -30,13 +30,17 @@ class Model:
     incidence: str
 
     def __post_init__(self):
-        if not isinstance(self.lobes, Sequence) or not self.lobes:
-            raise ValueError(f"lobes = {self.lobes!r}: must be a non-empty tuple")
-        lobes = tuple(lobe_number("lobes", p) for p in self.lobes)
+        try:
+            lobes = tuple(self.lobes)
+        except TypeError as error:
+            raise ValueError(f"lobes = {self.lobes!r}: must be a tuple") from error
+        if not lobes:
+            raise ValueError("lobes = (): must name at least one lobe")
+        lobes = tuple(lobe_number("lobes", p) for p in lobes)
         if len(set(lobes)) < len(lobes):
             raise ValueError(f"lobes = {lobes}: must not name a lobe twice")
         object.__setattr__(self, "lobes", lobes)
-        object.__setattr__(self, "rest", bool(self.rest))
+        object.__setattr__(self, "rest", flag("rest", self.rest))
         check_rule(self.rule)
         choice("detector", self.detector, tuple(DETECTORS))
         choice("incidence", self.incidence, INCIDENCES)
@@ -86,3 +90,15 @@ class Model:
         alive = largest >= jnp.finfo(stacked.dtype).tiny
         share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
         return share / share.sum(-1, keepdims=True), alive[..., 0]
+
+
+def prepare(fiber: Fiber, *angles: Reals) -> tuple[Fiber, list[Floats]]:
+    """The fiber and the angles in one dtype, that of the angles."""
+    arrays = floats(angles, tuple(jax.tree.leaves(fiber)))[: len(angles)]
+    return cast(fiber, arrays[0].dtype), arrays
+
+
+def longitudinal(model: Model, fiber: Fiber, part, theta_i, theta_o) -> Floats:
+    """M of one part."""
+    shape = model.shape(fiber, part)
+    return M(cone(theta_i, shape), theta_o, shape.beta_m**2)

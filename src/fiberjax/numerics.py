@@ -1,7 +1,7 @@
 """Square root, quotient and Bessel ratios whose derivatives stay finite and accurate.
 
-The only `where`s that guard a singular derivative stand here: the argument is replaced
-by a harmless one before the singular operation, so that no NaN enters a gradient.
+A `where` that guards a singular derivative replaces the argument by a harmless one
+before the singular operation, so that no NaN enters a gradient.
 """
 
 from collections.abc import Sequence

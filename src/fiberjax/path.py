@@ -65,6 +65,12 @@ def Phi(p: int, h: Reals, eta_p: Reals) -> Floats:
     return 2 * p * gamma_t - 2 * gamma_i + p * jnp.pi
 
 
+def _length_over_g(theta_d: Floats, eta: Floats) -> Floats:
+    """Length of one segment over g, 2 eta/(eta^2 - 1 + cos^2 theta_d)."""
+    c = jnp.cos(theta_d)
+    return 2 * eta / ((eta - 1) * (eta + 1) + c * c)
+
+
 def transmittance(h: Reals, theta_d: Reals, eta: Reals, sigma_a: Reals) -> Floats:
     """Fraction of light that one internal segment lets through.
 
@@ -87,9 +93,8 @@ def transmittance(h: Reals, theta_d: Reals, eta: Reals, sigma_a: Reals) -> Float
     """
     h, theta_d, eta, sigma_a = floats((h, theta_d), (eta, sigma_a))
     c = jnp.cos(theta_d)
-    k = (eta - 1) * (eta + 1)
-    g = numerics.sqrt(k + c * c * ((1 - h) * (1 + h)))
-    return jnp.exp(-sigma_a * (2 * eta * g / (k + c * c)))
+    g = numerics.sqrt((eta - 1) * (eta + 1) + c * c * ((1 - h) * (1 + h)))
+    return jnp.exp(-sigma_a * (g * _length_over_g(theta_d, eta)))
 
 
 def A(p: int, F: Reals, T: Reals, transmitted: Reals | None = None) -> Floats:
@@ -196,8 +201,8 @@ def ray(offset: Offset, theta_d: Floats, eta: Floats, sigma_a: Floats | None) ->
     surface = Interface(*(x[..., None] for x in interface(c * offset.cos, eta)))
     if sigma_a is None:
         return Ray(surface, None, None)
-    k = (eta - 1) * (eta + 1) + c * c
-    depth = jnp.atleast_1d(sigma_a) * (2 * surface.g * (eta / k)[..., None])
+    length = surface.g * _length_over_g(theta_d, eta)[..., None]
+    depth = jnp.atleast_1d(sigma_a) * length
     return Ray(surface, jnp.exp(-depth), -jnp.expm1(-depth))
 
 

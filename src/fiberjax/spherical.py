@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax import numerics
-from fiberjax._types import Floats, Reals, floats
+from fiberjax._types import Floats, Reals, floats, last_axis
 
 
 @jax.custom_jvp
@@ -140,7 +140,6 @@ def sample_M(theta_cone: Reals, v: Reals, u: Reals) -> Floats:
 
     Reference: d'Eon et al. 2013, eq. 6 and 7; Jakob 2012 for the form in xi.
     """
-    if jnp.shape(u)[-1:] != (2,):
-        raise ValueError(f"u has shape {jnp.shape(u)}: the last axis must be 2")
+    last_axis(2, u=u)
     theta_cone, v, u = floats((theta_cone,), (v, u))
     return sample_cone(theta_cone, jnp.sqrt(v), u[..., 0], u[..., 1])
