@@ -5,12 +5,19 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import optimize
 
-from fiberjax.approximation import Problem, Vector, level
+from fiberjax.approximation import FitError, Problem, Vector, level
 
 
 def _on_grid(problem: Problem, sign: float):
     points = jnp.asarray(problem.points)
     return jax.jit(lambda k: level(problem, k, points, sign) + jnp.zeros(len(points)))
+
+
+def _value(found: optimize.OptimizeResult, method: str) -> float:
+    """The optimum; FitError if scipy did not reach one."""
+    if not found.success:
+        raise FitError(f"scipy {method}: {found.message}")
+    return float(found.fun)
 
 
 def linear_program(problem: Problem, near: Vector) -> tuple[str, float]:
@@ -30,7 +37,7 @@ def linear_program(problem: Problem, near: Vector) -> tuple[str, float]:
         np.concatenate(right),
         bounds=(None, None),
     )
-    return "linprog", float(found.fun)
+    return "linprog", _value(found, "linprog")
 
 
 def differential_evolution(problem: Problem, near: Vector) -> tuple[str, float]:
@@ -43,7 +50,7 @@ def differential_evolution(problem: Problem, near: Vector) -> tuple[str, float]:
         rng=0,
         tol=1e-8,
     )
-    return "differential_evolution", float(found.fun)
+    return "differential_evolution", _value(found, "differential_evolution")
 
 
 def least_squares(problem: Problem, near: Vector) -> tuple[str, float]:
@@ -60,4 +67,4 @@ def least_squares(problem: Problem, near: Vector) -> tuple[str, float]:
         constraints={"type": "ineq", "fun": room, "jac": jax.grad(room)},
         tol=1e-12,
     )
-    return "SLSQP", float(np.sqrt(found.fun)) / 100
+    return "SLSQP", _value(found, "SLSQP") ** 0.5 / 100
