@@ -40,7 +40,7 @@ def lobe_number(name: str, p: Any, lowest: int = 0) -> int:
     """`p` as an int; ValueError unless it is a static integer >= `lowest`."""
     try:
         number = int(operator.index(p))
-    except Exception as error:  # a tracer fails in ways of its own
+    except TypeError as error:  # tracers raise it too
         raise ValueError(f"{name} = {p!r}: must be a static integer") from error
     if number < lowest:
         raise ValueError(f"{name} = {number}: must be >= {lowest}")

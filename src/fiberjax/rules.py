@@ -12,6 +12,7 @@ slope jumps at half a turn. Phi - p pi is odd in h, so half the range serves:
 density(x - Phi) + density(x + Phi) at each offset.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -31,13 +32,14 @@ Weight = Callable[[Offset], Floats]
 Density = Callable[[Floats], Floats]
 
 
-class Rule:
+class Rule(ABC):
     """A way to integrate over the offset h; subclasses are frozen dataclasses."""
 
+    @abstractmethod
     def average(self, weight: Weight, theta_d: Floats, eta: Floats) -> Floats:
         """1/2 int weight(h) dh over [-1, 1]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def convolve(
         self,
         weight: Weight,
@@ -49,7 +51,6 @@ class Rule:
         kink: bool,
     ) -> Floats:
         """1/2 int weight(h) density(phi - Phi(p, h)) dh over [-1, 1]."""
-        raise NotImplementedError
 
 
 def _both_sides(density, p, x, offset, theta_d, eta) -> Floats:

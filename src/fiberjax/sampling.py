@@ -49,7 +49,7 @@ def _bound(clamp: Any) -> float:
     """The clamp as a number; ValueError unless it is one above 0."""
     try:
         bound = float(clamp)
-    except Exception as error:  # a tracer fails in ways of its own
+    except (TypeError, ValueError) as error:  # tracers raise it too
         raise ValueError(f"clamp = {clamp!r}: must be a number > 0") from error
     if not bound > 0:
         raise ValueError(f"clamp = {clamp!r}: must be > 0")
