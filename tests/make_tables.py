@@ -325,7 +325,46 @@ def make_trimmed_logistic(rng):
     return table(reference.trimmed_logistic, inputs, extra=extra)
 
 
-def make_N(rng, detector="normal", narrowest=0.15):
+def make_N(rng):
+    inputs = list(moderate(rng, "normal", 0.15))
+    specs = anywhere(rng, [0.3, 0.5, 1.0, 5.0, 100.0])
+    return N_points([*inputs, *placed("normal", specs)])
+
+
+def make_N_logistic(rng):
+    # A width of 0.24 is a scale of 0.15.
+    inputs = list(moderate(rng, "logistic", 0.24))
+    specs = [*anywhere(rng, [0.3, 1.0, 5.0]), *kinks([0.5, 5.0])]
+    # Next to eta = 1 float32 has fewer digits: NEAR_1 stands in the other table.
+    specs = [spec for spec in specs if spec[2] > 1.01]
+    return N_points([*inputs, *placed("logistic", specs)])
+
+
+def make_N_narrow(rng):
+    specs = [
+        *anywhere(rng, [1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.02, 0.05, 0.1]),
+        *CAUSTICS,
+        *merges([1e-6, 1e-3, 0.05]),
+        *GRAZING,
+        *TAILS,
+        *ABSORBING,
+    ]
+    return N_points(placed("normal", specs))
+
+
+def make_N_logistic_narrow(rng):
+    specs = [
+        *anywhere(rng, [1e-4, 1e-3, 0.01, 0.05, 0.2]),
+        *merges([1e-3]),
+        *kinks([0.01, 0.05, 0.2]),
+        *PLACES_LOGISTIC,
+        *NEAR_1,
+    ]
+    return N_points(placed("logistic", specs))
+
+
+def moderate(rng, detector, narrowest):
+    """Arguments of `N` at random, with roughness from `narrowest` on."""
     fixed = [
         {"theta_d": POLE, "eta": 1.55, "sigma_a": 0.0},
         {"theta_d": -POLE, "eta": 1.25, "sigma_a": 0.5},
@@ -343,105 +382,243 @@ def make_N(rng, detector="normal", narrowest=0.15):
         }
         if k < 2 * len(fixed):
             fiber = fixed[k // 2]
-        given = rounded(
-            {
-                "p": (0, 1, 2, 4)[(k + k // 8) % 4],
-                "phi": uniform(rng, -np.pi, np.pi),
-                **fiber,
-                "beta_n": log_uniform(rng, narrowest, 3 if k % 4 else narrowest),
-                "detector": detector,
-            }
-        )
         yield {
-            "in": shown(given),
-            **N_derivatives(**given),
-            "peak": N_peaks(**given),
+            "p": (0, 1, 2, 4)[(k + k // 8) % 4],
+            "phi": uniform(rng, -np.pi, np.pi),
+            **fiber,
+            "beta_n": log_uniform(rng, narrowest, 3 if k % 4 else narrowest),
+            "detector": detector,
         }
 
 
-def make_N_logistic(rng):
-    # A width of 0.24 is a scale of 0.15.
-    return make_N(rng, "logistic", 0.24)
+# Places of `N`: (p, theta_d, eta, sigma_a, beta_n, offset, widths), and phi is `widths`
+# times beta_n past the azimuth at the offset h, or at the caustic.
+STEEP = float(np.radians(89))
+STEEPER = float(np.radians(89.9))
+CAUSTICS = [
+    *((2, 0.3, 1.55, 0.0, 1e-6, "caustic", widths) for widths in (-3, -1, 0, 1, 3)),
+    *((2, -0.6, 1.3, 0.3, 1e-3, "caustic", widths) for widths in (-3, -1, 0, 1, 3)),
+    *((3, 0.2, 1.55, 3.0, 1e-4, "caustic", widths) for widths in (-1, 0, 1)),
+    *((3, 1.0, 1.3, 0.0, 0.1, "caustic", widths) for widths in (-1, 1, 3)),
+    *((5, 0.0, 1.55, 0.3, 0.01, "caustic", widths) for widths in (-1, 0, 1)),
+    (5, 1.1, 2.0, 0.0, 1e-5, "caustic", -1),
+    (5, 0.9, 1.05, 0.0, 3e-3, 0.4, 1),
+    (5, 0.5, 3.0, 0.3, 0.05, 0.8, -2),
+]
+GRAZING = [
+    *((1, 0.0, 1.55, 0.3, 1e-4, 1.0, widths) for widths in (-2, 0, 2)),
+    *((2, 0.7, 1.55, 0.3, 1e-3, 1.0, widths) for widths in (-2, 0, 2)),
+    (3, 0.7, 2.0, 0.0, 0.02, 1.0, 0),
+    (1, STEEPER, 1.05, 0.3, 0.02, 1.0, -1),
+    (0, 0.0, 1.55, 0.0, 1e-6, 1.0, 0),
+    (0, 1.0, 1.0001, 0.0, 0.01, 1.0, -1),
+    (0, 0.5, 1.0001, 0.0, 1e-3, 0.99999, 2),
+    (0, POLE, 3.0, 0.0, 0.1, 1.0, 3),
+]
+TAILS = [
+    (1, 0.0, 1.55, 0.0, 1e-4, 1.0, -6),
+    (1, 0.8, 1.3, 3.0, 0.02, 1.0, -8),
+    (1, STEEP, 2.0, 0.3, 0.05, 1.0, -5),
+    (2, 1.2, 2.0, 0.0, 1e-3, 1.0, -5),
+    (2, 0.3, 1.55, 0.0, 1e-5, "caustic", 8),
+    (2, 0.0, 1.55, 0.3, 0.1, "caustic", 7),
+    (3, 1.0, 2.0, 0.3, 3e-3, 1.0, -7),
+    (3, 1.0, 1.55, 30.0, 0.02, "caustic", 6),
+]
+# s |d ln A/d Phi| of 8 and more moves the mass out of the window of the detector.
+ABSORBING = [
+    (1, 0.0, 1.55, 30.0, 0.1, 0.0, 0),
+    (1, 0.5, 1.3, 100.0, 0.1, 0.5, 0),
+    (1, 0.0, 1.55, 300.0, 0.02, 0.0, 0),
+    (1, 0.3, 2.0, 300.0, 0.1, 0.8, 0),
+    (1, -1.0, 1.05, 300.0, 0.05, 1.0, 2),
+    (2, 0.3, 1.55, 100.0, 0.05, 0.5, 0),
+    (2, 1.2, 1.55, 100.0, 0.1, 0.0, 0),
+    (2, 0.0, 1.3, 30.0, 0.1, "caustic", 0),
+    (3, 0.0, 1.55, 30.0, 0.1, 0.0, 0),
+    (3, 0.4, 1.3, 100.0, 0.02, 1.0, 1),
+    (1, 0.0, 1.0001, 1000.0, 0.02, 1.0, 0),
+    (1, 0.4, 1.0001, 1000.0, 1e-3, 0.9999, 1),
+    (1, 0.0, 1.05, 1000.0, 0.05, 1.0, 1),
+    (2, 0.0, 1.0001, 1000.0, 0.1, 1.0, -2),
+    (3, 0.6, 1.0001, 1000.0, 0.01, 1.0, 0),
+]
+PLACES_LOGISTIC = [
+    (1, 0.0, 1.55, 0.0, 1e-4, 1.0, -40),
+    (1, 0.8, 1.3, 3.0, 0.02, 1.0, -15),
+    (2, 0.3, 1.55, 0.3, 1e-3, "caustic", 200),
+    (2, 0.3, 1.55, 0.0, 0.01, "caustic", 0),
+    (3, 0.2, 1.55, 0.3, 0.1, "caustic", -1),
+    (1, 0.0, 1.55, 100.0, 0.1, 0.5, 0),
+    (2, 0.0, 1.55, 30.0, 0.02, 0.8, 1),
+    (1, 0.2, 1.0001, 1000.0, 0.01, 1.0, 0),
+]
+NEAR_1 = [
+    (2, 0.0, 1.0001, 30.0, 5.0, 0.0, -0.4217876434),
+    (2, STEEPER, 1.0001, 1.0, 0.3, 0.5, -1),
+    (3, STEEP, 1.0001, 2.0, 5.0, 0.8, 0),
+]
 
 
-def N_derivatives(p, detector, **given):
-    """Value and gradient of `N` by complex steps: `mp.diff` costs ten times more."""
-    step = mpf(10) ** -25
-    # At eta = 1 that derivative is one-sided, and not the integral of the one of A.
-    names = [name for name in given if (name, given[name]) != ("eta", 1)]
-    value, slopes = mpf(0), {}
-    with mp.workdps(32):
-        for name in names:
-            moved = {n: mpf(x) for n, x in given.items()}
-            moved[name] += mp.mpc(0, step)
-            value, slope = reference.N(p, **moved, detector=detector, step=step)
-            slopes[name] = slope if abs(slope) > mpf(10) ** -27 * value else mpf(0)
-    return {"value": text(value), "grad": {n: text(x) for n, x in slopes.items()}}
+def anywhere(rng, widths):
+    """Places all over the domain, four for each roughness."""
+    for beta_n, p in itertools.product(widths, range(4)):
+        theta_d = rng.choice([0.0, 0.3, -0.7, 1.0, 1.3, STEEP, STEEPER, POLE])
+        eta = rng.choice([1.0001, 1.05, 1.3, 1.55, 2.0, 3.0])
+        # A segment is up to 2/cos(theta_t) long; N is to stay above 1e-290.
+        cos_t = np.sqrt(1 - (np.sin(theta_d) / eta) ** 2)
+        sigma_a = min(rng.choice([0.0, 0.3, 3.0, 30.0]), 80 * cos_t)
+        # The center is the azimuth p pi, where the two halves of the range meet.
+        offset = rng.choice([0.0, 1.0, *rng.uniform(0, 1, 4)])
+        yield p, theta_d, eta, sigma_a, beta_n, offset, rng.normal(scale=2)
 
 
-def N_peaks(p, detector, phi, theta_d, eta, sigma_a, beta_n):
-    """Largest |N| and |dN| over phi, to three digits.
+def merges(widths):
+    """Places where the caustics merge: `eta_prime` just below p, at p and above."""
+    for beta_n, p in itertools.product(widths, (2, 3)):
+        for eta, away in [(1.55, -0.03), (1.55, 0.0), (1.55, 0.01)]:
+            theta_d = np.arccos(np.sqrt((eta**2 - 1) / (p**2 - 1))) + away
+            yield p, theta_d, eta, 0.3, beta_n, 0.1, 0
+        # Here it is p exactly.
+        yield p, 0.0, float(p), 0.0, beta_n, 0.0, 1
 
-    A and Phi come from mpmath at the nodes of a rule in gamma, the detector from a
-    table over half a turn. `phi` is only the place of the point.
+
+def kinks(widths):
+    """Places half a turn from an azimuth, where the logistic has its kink."""
+    rays = [(1, 0.3, 1.55, 0.1), (2, 0.3, 1.55, 0.5), (3, 1.2, 1.3, 0.3)]
+    for beta_n in widths:
+        for p, theta_d, eta, offset in rays:
+            yield p, theta_d, eta, 0.3, beta_n, offset, np.pi / beta_n
+
+
+def placed(detector, specs):
+    """Arguments of `N` at the places."""
+    for p, theta_d, eta, sigma_a, beta_n, offset, widths in specs:
+        fiber = {"theta_d": theta_d, "eta": eta, "sigma_a": sigma_a, "beta_n": beta_n}
+        fiber = rounded(fiber)
+        axis = mpf(fiber["theta_d"]), mpf(fiber["eta"])
+        gamma = caustic(p, *axis) if offset == "caustic" else mp.asin(offset)
+        Phi = reference.ray(p, gamma, *axis, mpf(0))[1]
+        phi = float(reference.wrap(Phi + widths * mpf(beta_n)))
+        yield {"p": p, "phi": phi, **fiber, "detector": detector}
+
+
+def caustic(p, theta_d, eta):
+    """The angle gamma > 0 at which Phi turns back."""
+    eta_p = reference.eta_prime(theta_d, eta)
+    return mp.acos(mp.sqrt((eta_p**2 - 1) / (p**2 - 1)))
+
+
+def N_points(inputs):
+    for given in map(rounded, inputs):
+        # At eta = 1 that derivative is one-sided.
+        names = [name for name in REAL if (name, given[name]) != ("eta", 1)]
+        yield {
+            "in": shown(given),
+            **N_derivatives(names, **given),
+            "peak": N_peaks(names, **given),
+        }
+
+
+REAL = ("phi", "theta_d", "eta", "sigma_a", "beta_n")  # real arguments of `N`
+
+
+def N_derivatives(names, **given):
+    """Value and gradient of `N`."""
+    with mp.workdps(45):
+        (value, _), *slopes = reference.N_jet(**given)
+        found = {n: text(significant(*x)) for n, x in zip(REAL, slopes, strict=True)}
+    return {"value": text(value), "grad": {name: found[name] for name in names}}
+
+
+def significant(integral, size):
+    """The integral, or 0 where nothing is left of an integrand of that size."""
+    if abs(integral) <= size * mpf(10) ** -35:
+        return mpf(0)
+    # The integral of modulus `size` is right to 38 digits.
+    assert abs(integral) > size * mpf(10) ** -17, "the derivative has no 20 digits"
+    return integral
+
+
+def N_peaks(names, phi, p, detector, theta_d, eta, sigma_a, beta_n):
+    """Largest |N| and |dN| over phi, from double precision, to about 2 %.
+
+    At places as close as a third of beta_n where the features are that small: at 0 and
+    pi, at the caustic, at grazing and at the point itself. Elsewhere they are evenly
+    spaced in phi, and more closely in the azimuths of rays near grazing.
     """
-    step = mpf(10) ** -25
-    breaks = [float(x) for x in reference.N_breaks(0, 0.0, theta_d, eta, 0.5)]
-    pairs = np.array([pair for pair in itertools.pairwise(breaks) if pair[0] >= 0])
+    fiber = (theta_d, eta, sigma_a)
+    gamma = np.pi / 2 - np.geomspace(1e-5, np.pi / 2, 24)
+    if 1 < reference.eta_prime(theta_d, eta) < p:
+        gamma = np.append(gamma, float(caustic(p, theta_d, eta)))
+    azimuths = ray_in_doubles(p, gamma, *fiber)[1].real
+    corners = [0.0, np.pi, azimuths[0], azimuths[-1]]
+    around = np.add.outer(corners, beta_n * np.linspace(-3, 3, 19)).ravel()
+    even = np.linspace(0, np.pi, 65)
+    places = np.unique(abs(wrapped(np.concatenate([[phi], azimuths, around, even]))))
+    with mp.workdps(15):
+        jets = [N_in_doubles(p, x, *fiber, beta_n, detector) for x in places]
+    peaks = dict(zip(("value", *REAL), np.abs(jets).max(0), strict=True))
+    return {name: f"{peaks[name]:.3g}" for name in ("value", *names)}
+
+
+def N_in_doubles(p, phi, theta_d, eta, sigma_a, beta_n, detector):
+    """`N` and its derivatives, as `reference.N_jet` in double precision."""
+    breaks = reference.N_breaks(p, phi, theta_d, eta, beta_n, detector)
+    edges = np.array(breaks, float)
     x, w = np.polynomial.legendre.leggauss(16)
-    middle, half = pairs.mean(1)[:, None], np.diff(pairs) / 2
-    gamma = (middle + half * x).ravel()
-    weight = (half * w).ravel() * np.cos(gamma)
-    names = ("theta_d", "eta", "sigma_a")
-    path = np.zeros((len(names), len(gamma), 2), complex)
-    angles = np.linspace(0, np.pi, 257)
-    with mp.workdps(25):
-        for k, (n, g) in itertools.product(range(len(names)), enumerate(gamma)):
-            moved = [mpf(theta_d), mpf(eta), mpf(sigma_a)]
-            moved[k] += mp.mpc(0, step)
-            path[k, n] = [split(z, step) for z in ray(p, mpf(g), *moved)]
-
-        def density(t, dt, db):
-            z = reference.detector_density(
-                detector, mpf(t) + dt * step * 1j, beta_n + db * step * 1j
-            )
-            return split(z, step)
-
-        by_phi = np.array([density(t, 1, 0) for t in angles])
-        by_beta = np.array([density(t, 0, 1) for t in angles])
-    A, Phi = np.real(path[0]).T
-    D = D_phi = D_Phi = D_beta = 0.0
-    # Phi - p pi is odd in gamma: the other half of the range has the other sign.
-    for sign in (1, -1):
-        turn = angles[:, None] - p * np.pi - sign * (Phi - p * np.pi)
-        turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
-        slope = np.sign(turn) * np.interp(np.abs(turn), angles, np.imag(by_phi)) / 2
-        D_phi = D_phi + slope
-        D_Phi = D_Phi - sign * slope
-        D = D + np.interp(np.abs(turn), angles, np.real(by_phi)) / 2
-        D_beta = D_beta + np.interp(np.abs(turn), angles, np.imag(by_beta)) / 2
-    curves = {
-        "value": D @ (weight * A),
-        "phi": D_phi @ (weight * A),
-        "beta_n": D_beta @ (weight * A),
-    }
-    for name, (dA, dPhi) in zip(names, np.imag(path).transpose(0, 2, 1), strict=True):
-        curves[name] = D @ (weight * dA) + D_Phi @ (weight * A * dPhi)
-    return {name: f"{np.abs(y).max():.3g}" for name, y in curves.items()}
+    half = np.diff(edges)[:, None] / 2
+    gamma = (edges[:-1, None] + half * (1 + x)).ravel()
+    fiber = np.array([theta_d, eta, sigma_a])[:, None, None]
+    step = 1e-30
+    A, Phi = ray_in_doubles(p, gamma, *(fiber + step * 1j * np.eye(3)[..., None]))
+    turn = wrapped(phi - Phi[0].real)
+    by_turn = density_in_doubles(detector, turn + step * 1j, beta_n)
+    by_beta = density_in_doubles(detector, turn, beta_n + step * 1j)
+    D, D_turn = by_turn.real, by_turn.imag / step
+    rows = [
+        A[0].real * D,
+        A[0].real * D_turn,
+        *(A.imag * D - A[0].real * D_turn * Phi.imag) / step,
+        A[0].real * by_beta.imag / step,
+    ]
+    return np.array(rows) @ ((half * w).ravel() * np.cos(gamma) / 2)
 
 
-def split(z, step):
-    """Value and derivative of a complex step, as one complex double."""
-    return complex(mp.re(z), mp.im(z) / step)
+def ray_in_doubles(p, gamma, theta_d, eta, sigma_a):
+    """`reference.ray`, of complex arrays."""
+    cos_d = np.sqrt(np.cos(theta_d) ** 2 + 0j)
+    past_1 = (eta - 1) * (eta + 1)
+    slow = np.sqrt(past_1 + cos_d**2)
+    mu = cos_d * np.cos(gamma)
+    nu = np.sqrt(past_1 + mu**2)
+    r_s = -past_1 / (mu + nu) ** 2
+    r_p = past_1 * (mu - 1 / (mu + nu)) / (eta**2 * mu + nu)
+    F = (r_s**2 + r_p**2) / 2
+    gamma_t = np.arcsin(np.sin(gamma) * cos_d / slow)
+    T = np.exp(-2 * sigma_a * eta * np.cos(gamma_t) / slow)
+    A = F if p == 0 else (1 - F) ** 2 * F ** (p - 1) * T**p
+    return A, 2 * p * gamma_t - 2 * gamma + p * np.pi
 
 
-def ray(p, gamma, theta_d, eta, sigma_a):
-    """A and Phi of path p at the offset sin(gamma)."""
-    h = mp.sin(gamma)
-    F = reference.reflectance(mp.sqrt(mp.cos(theta_d) ** 2) * mp.cos(gamma), eta)
-    T = reference.transmittance(h, theta_d, eta, sigma_a)
-    Phi = reference.Phi(p, h, reference.eta_prime(theta_d, eta))
-    return reference.A(p, F, T), Phi
+def density_in_doubles(detector, x, beta):
+    """`reference.detector_density` of a wrapped angle, of complex arrays."""
+    if detector == "logistic":
+        s = np.sqrt(np.pi / 8) * beta
+        tail = np.exp(-x * np.sign(x.real) / s)
+        return tail / (s * (1 + tail) ** 2) / np.tanh(np.pi / (2 * s))
+    k = np.arange(1, 9)[:, None]
+    if np.real(beta) > 1:
+        return (1 + 2 * (np.exp(-((k * beta) ** 2) / 2) * np.cos(k * x)).sum(0)) / (
+            2 * np.pi
+        )
+    k = np.arange(-2, 3)[:, None]
+    images = np.exp(-(((x - 2 * np.pi * k) / beta) ** 2) / 2)
+    return images.sum(0) / (beta * np.sqrt(2 * np.pi))
+
+
+def wrapped(x):
+    return x - 2 * np.pi * np.round(x / (2 * np.pi))
 
 
 MAKERS = {
@@ -457,9 +634,11 @@ MAKERS = {
     "trimmed_logistic": make_trimmed_logistic,
     "N": make_N,
     "N_logistic": make_N_logistic,
+    "N_narrow": make_N_narrow,
+    "N_logistic_narrow": make_N_logistic_narrow,
 }
 
-PEAK = " peak: largest modulus over phi, 3 digits, of the value and each derivative."
+PEAK = " peak: largest modulus over phi of the value and each derivative, to about 2 %."
 NOTES = {
     "transmittance": " E = log T.",
     "M": " E is the exponent -2 sin^2((theta_o - theta_cone)/2)/v.",
@@ -468,6 +647,8 @@ NOTES = {
     "trimmed_logistic": " E = -|wrapped phi|/s.",
     "N": PEAK,
     "N_logistic": PEAK,
+    "N_narrow": PEAK,
+    "N_logistic_narrow": PEAK,
 }
 
 

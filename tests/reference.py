@@ -2,9 +2,10 @@
 
 Nothing here is arranged for accuracy or speed: the working precision (`mp.dps`)
 pays for cancellation. Arguments are real mpmath numbers; all but `p`, `detector`
-and the arguments of `bracket_sizes` may also be complex, for complex steps.
+and those of `N`, `N_jet` and `bracket_sizes` may also be complex, for complex steps.
 """
 
+import functools
 import itertools
 import math
 from typing import Any
@@ -125,87 +126,144 @@ def detector_density(detector, phi, beta_n):
     return trimmed_logistic(phi, mp.sqrt(mp.pi / 8) * beta_n)
 
 
-def N_integrand(p, gamma, phi, theta_d, eta, sigma_a, beta_n, detector):
-    """Integrand of `N` in gamma, `h = sin gamma`."""
+def ray(p, gamma, theta_d, eta, sigma_a):
+    """A and Phi of path p at the offset sin(gamma)."""
     h = mp.sin(gamma)
     F = reflectance(_abs_cos(theta_d) * mp.cos(gamma), eta)
     T = transmittance(h, theta_d, eta, sigma_a)
-    turn = phi - Phi(p, h, eta_prime(theta_d, eta))
-    D = detector_density(detector, turn, beta_n)
-    return A(p, F, T) * D * mp.cos(gamma) / 2
+    return A(p, F, T), Phi(p, h, eta_prime(theta_d, eta))
 
 
-def N(p, phi, theta_d, eta, sigma_a, beta_n, detector="normal", step=None):
-    """Azimuthal density of path p.
+def N_integrand(p, gamma, phi, theta_d, eta, sigma_a, beta_n, detector):
+    """Integrand of `N` in gamma, `h = sin gamma`."""
+    weight, azimuth = ray(p, gamma, theta_d, eta, sigma_a)
+    D = detector_density(detector, phi - azimuth, beta_n)
+    return weight * D * mp.cos(gamma) / 2
 
-    With `step`, one argument carries that imaginary part, and the pair
-    (value, derivative in it) comes back.
+
+def N_jet_integrand(p, gamma, phi, theta_d, eta, sigma_a, beta_n, detector):
+    """The integrand of `N` and its derivatives in phi, ..., beta_n.
+
+    At eta = 1 the one in eta is 0 here: that of N is one-sided, and is not the integral
+    of the derivative.
     """
+    path = (theta_d, eta, sigma_a)
+    rays = [complex_step(lambda *x: ray(p, gamma, *x), path, k) for k in range(3)]
+    (weight, azimuth), _ = rays[0]
+    if eta == 1:
+        rays[1] = (weight, azimuth), (0, 0)
+    turn = (phi - azimuth, beta_n)
+    (D, D_turn), (_, D_beta) = (
+        complex_step(lambda *x: detector_density(detector, *x), turn, k)
+        for k in range(2)
+    )
+    by_path = [dA * D - weight * D_turn * dPhi for _, (dA, dPhi) in rays]
+    terms = [weight * D, weight * D_turn, *by_path, weight * D_beta]
+    return [term * mp.cos(gamma) / 2 for term in terms]
 
-    def f(gamma):
-        y = N_integrand(p, gamma, phi, theta_d, eta, sigma_a, beta_n, detector)
-        # Both parts at one scale, so that the error estimate sees them both.
-        return y if step is None else mp.mpc(mp.re(y), mp.im(y) / step)
 
-    at = {"phi": phi, "theta_d": theta_d, "eta": eta, "beta_n": beta_n}
-    at = {name: float(mp.re(x)) for name, x in at.items()}
-    value = _integrate(f, N_breaks(p, **at, detector=detector))
-    return value if step is None else (mp.re(value), mp.im(value))
+def complex_step(f, x, k):
+    """Value of `f(*x)` and derivative in `x[k]`: a number each, or a list each."""
+    step = mpf(10) ** -mp.dps
+    y = f(*x[:k], mp.mpc(x[k], step), *x[k + 1 :])
+    if isinstance(y, tuple):
+        return [mp.re(z) for z in y], [mp.im(z) / step for z in y]
+    return mp.re(y), mp.im(y) / step
+
+
+def N(p, phi, theta_d, eta, sigma_a, beta_n, detector="normal"):
+    """Azimuthal density of path p."""
+    x = [mpf(y) for y in (phi, theta_d, eta, sigma_a, beta_n)]
+    breaks = N_breaks(p, phi, theta_d, eta, beta_n, detector)
+    f = functools.partial(N_integrand, p, detector=detector)
+    return integrate(lambda gamma: [f(gamma, *x)], breaks)[0][0]
+
+
+def N_jet(p, phi, theta_d, eta, sigma_a, beta_n, detector="normal"):
+    """`N` and its derivatives in phi, ..., beta_n, as pairs from `integrate`."""
+    x = [mpf(y) for y in (phi, theta_d, eta, sigma_a, beta_n)]
+    breaks = N_breaks(p, phi, theta_d, eta, beta_n, detector)
+    f = functools.partial(N_jet_integrand, p, detector=detector)
+    return integrate(lambda gamma: f(gamma, *x), breaks)
+
+
+# Gauss-Legendre of `ORDER` nodes resolves a detector between two of these.
+WIDTHS = [0.0, 4.0, 8.0, 12.0, *(2.0**j for j in range(4, 60))]
 
 
 def N_breaks(p, phi, theta_d, eta, beta_n, detector="normal"):
-    """Where to split [-pi/2, pi/2] so that each part of `N` is smooth (floats).
+    """Where to split [-pi/2, pi/2] so that each part of `N` is smooth.
 
-    At the caustics, at distances from grazing in proportion to its width, and
-    around each image of the target: for the normal where its exponent has grown by
-    0, 1, 4, 16, ..., for the logistic where it has grown by 0, 1, 2, 4, ... and at
-    the kink half a turn away.
+    At the caustics, at distances from grazing in proportion to its width, at `levels`
+    of the azimuth, and for the logistic where it has its kink: there the integrand is
+    not smooth, so that those places are found in full precision.
     """
-    cos_d = abs(math.cos(theta_d))
-    eta_p = math.sqrt(cos_d**2 + (eta - 1) * (eta + 1)) / cos_d
+    half = math.pi / 2
+    delta = math.sqrt((eta - 1) * (eta + 1)) / abs(math.cos(theta_d))
+    eta_p = math.hypot(1, delta)
 
     def azimuth(gamma):
         gamma_t = math.asin(min(1.0, max(-1.0, math.sin(gamma) / eta_p)))
         return 2 * p * gamma_t - 2 * gamma + p * math.pi
 
-    half = math.pi / 2
+    def exact_azimuth(gamma):
+        return Phi(p, mp.sin(gamma), eta_prime(mpf(theta_d), mpf(eta)))
+
     pieces = [-half, half]
     if 1 < eta_p < p:
-        caustic = math.acos(math.sqrt((eta_p**2 - 1) / (p**2 - 1)))
+        caustic = math.acos(delta / math.sqrt(p**2 - 1))
         pieces = [-half, -caustic, caustic, half]
-    scale = beta_n if detector == "normal" else math.sqrt(math.pi / 8) * beta_n
-    breaks = {*pieces, 0.0}
-    delta = math.sqrt((eta - 1) * (eta + 1)) / cos_d
-    while 0 < delta < half:
-        breaks |= {half - delta, delta - half}
-        delta *= 4
+    breaks = {*pieces, 0.0, *_near_grazing(delta)}
     for a, b in itertools.pairwise(pieces):
         low, high = sorted((azimuth(a), azimuth(b)))
-        first = math.floor((low - math.pi - phi) / (2 * math.pi))
-        last = math.ceil((high + math.pi - phi) / (2 * math.pi))
-        for k in range(first, last + 1):
-            target = phi + 2 * math.pi * k
-            away = max(low - target, target - high, 0.0)
-            for growth in [0.0, *(2.0**j for j in range(60))]:
-                if detector == "normal":
-                    reach = math.hypot(away, growth * scale)
-                else:
-                    reach = min(away + growth * scale, math.pi)
-                if reach > math.pi:
-                    break
-                for level in (target - reach, target + reach):
-                    if low < level < high:
-                        breaks.add(_bisect(azimuth, level, a, b))
-                if reach == math.pi:
-                    break
-    points = sorted(breaks)
-    gaps = itertools.pairwise(points)
-    return [mpf(x) for x, y in gaps if y - x > 1e-14 or x == -half] + [mp.pi / 2]
+        for level in levels(low, high, phi, beta_n, detector):
+            breaks.add(_bisect(azimuth, level, a, b, 48))
+        kinks = _turns(low, high, mpf(phi) + mp.pi) if detector == "logistic" else ()
+        for level in kinks:
+            breaks.add(_bisect(exact_azimuth, level, mpf(a), mpf(b), mp.prec))
+    gaps = itertools.pairwise(sorted(breaks))
+    inner = [mpf(x) for x, y in gaps if y - x > 1e-14 and x > -half]
+    return [-mp.pi / 2, *inner, mp.pi / 2]
 
 
-def _bisect(f, level, a, b):
+def _near_grazing(delta):
+    """Angles at distances delta, 4 delta, ... from both ends of the range."""
+    while 0 < delta < math.pi / 2:
+        yield from (math.pi / 2 - delta, delta - math.pi / 2)
+        delta *= 4
+
+
+def levels(low, high, phi, beta_n, detector):
+    """Azimuths in (low, high) between which the detector at phi is smooth.
+
+    `WIDTHS` from each image of phi, where that lies outside from the end at which the
+    logistic is largest, and for the normal from where its exponent is the least.
+    """
+    for target in _turns(low - math.pi, high + math.pi, phi):
+        away = max(low - target, target - high, 0.0)
+        for width in WIDTHS:
+            if detector == "normal":
+                reach = math.hypot(away, width * beta_n)
+            else:
+                reach = away + width * math.sqrt(math.pi / 8) * beta_n
+            if reach > math.pi:
+                break
+            for level in (target - reach, target + reach):
+                if low < level < high:
+                    yield level
+
+
+def _turns(low, high, phi):
+    """The angles in (low, high) that are whole turns from phi."""
+    first = math.floor((low - phi) / (2 * math.pi)) + 1
+    last = math.ceil((high - phi) / (2 * math.pi)) - 1
+    turn = 2 * mp.pi if isinstance(phi, mpf) else 2 * math.pi
+    return [phi + turn * k for k in range(first, last + 1)]
+
+
+def _bisect(f, level, a, b, steps):
     rising = f(b) > f(a)
-    for _ in range(60):
+    for _ in range(steps):
         middle = (a + b) / 2
         if (f(middle) < level) == rising:
             a = middle
@@ -214,32 +272,99 @@ def _bisect(f, level, a, b):
     return (a + b) / 2
 
 
-def _integrate(f, points):
-    """Sum of `mp.quad` over the parts, halving those that have not converged."""
-    points[0] = -mp.pi / 2
-    parts = list(itertools.pairwise(points))
-    # mp.quad stops at an absolute error, so the integrand is brought to order 1.
-    peak = max(
-        abs(f(a + (b - a) * fraction / 8)) for a, b in parts for fraction in (1, 4, 7)
-    )
-    if peak == 0:
-        return mpf(0)
-    scale = 1 / peak
-    total = mpf(0)
-    while parts:
-        a, b = parts.pop()
-        value, error = mp.quad(
-            lambda x: f(x) * scale,
-            [a, b],
-            method="gauss-legendre",
-            maxdegree=6,
-            error=True,
-        )
-        if error > mpf(10) ** (5 - mp.dps) and b - a > mpf(10) ** -15:
-            parts += [(a, (a + b) / 2), ((a + b) / 2, b)]
-        else:
-            total += value
-    return total / scale
+def integrate(f, points):
+    """Pairs (integral of y, integral of |y|) of each number y that `f` returns.
+
+    Parts that the first number shows to be far too small are left out, the others are
+    halved until their errors are below `10^(7 - mp.dps)` of the integral of |y|.
+    """
+    parts = {part: _part(f, *part) for part in _needed(f, points)}
+    while True:
+        sums, sizes, _ = (_totals(rows) for rows in zip(*parts.values(), strict=True))
+        allowed = [size * mpf(10) ** (7 - mp.dps) for size in sizes]
+        coarse = [
+            part
+            for part, (_, _, errors) in parts.items()
+            if any(error > most for error, most in zip(errors, allowed, strict=True))
+        ]
+        if not coarse:
+            return list(zip(sums, sizes, strict=True))
+        for a, b in coarse:
+            del parts[a, b]
+            for half in ((a, (a + b) / 2), ((a + b) / 2, b)):
+                parts[half] = _part(f, *half)
+
+
+def _totals(rows):
+    return [mp.fsum(column) for column in zip(*rows, strict=True)]
+
+
+def _needed(f, points):
+    """The parts between two points each that are not negligible."""
+    sizes = {
+        (a, b): max(abs(f(a + (b - a) * k / 8)[0]) for k in (1, 4, 7)) * (b - a)
+        for a, b in itertools.pairwise(points)
+    }
+    least = max(sizes.values()) * mpf(10) ** (-2 * mp.dps)
+    return [part for part, size in sizes.items() if size >= least]
+
+
+def _part(f, a, b):
+    """Lists of the integrals of y, of |y| and of the errors over [a, b].
+
+    The coefficients of degree n fall as r^n, and Gauss-Legendre of n nodes errs by the
+    one of degree 2 n: the square of the last ones, in proportion.
+    """
+    nodes, weights, rows = gauss_legendre(mp.prec)
+    half, middle = (b - a) / 2, (a + b) / 2
+    columns = list(zip(*(f(middle + half * x) for x in nodes), strict=True))
+    sums = [half * mp.fdot(weights, y) for y in columns]
+    sizes = [half * mp.fdot(weights, map(abs, y)) for y in columns]
+    last = [half * max(abs(mp.fdot(row, y)) for row in rows) for y in columns]
+    errors = [
+        x**2 / size if size else size for x, size in zip(last, sizes, strict=True)
+    ]
+    return sums, sizes, errors
+
+
+ORDER = 40
+
+
+@functools.cache
+def gauss_legendre(precision):
+    """Nodes and weights on [-1, 1], at `mp.prec`.
+
+    Also, for each of the last polynomials, a row that turns the values of a function
+    at the nodes into its coefficient.
+    """
+    guesses = (mp.cos(mp.pi * (k + 0.75) / (ORDER + 0.5)) for k in range(ORDER))
+    nodes = [_node(x) for x in guesses]
+    values = [legendre(x) for x in nodes]
+    weights = [
+        2 * (1 - x**2) / (ORDER * P[-2]) ** 2
+        for x, P in zip(nodes, values, strict=True)
+    ]
+    rows = [
+        [(n + mpf(1) / 2) * w * P[n] for w, P in zip(weights, values, strict=True)]
+        for n in range(ORDER - 4, ORDER)
+    ]
+    return nodes, weights, rows
+
+
+def _node(x):
+    # The guess has four digits; Newton's method doubles them each time.
+    for _ in range(mp.prec.bit_length()):
+        P = legendre(x)
+        x -= P[-1] * (1 - x**2) / (ORDER * (P[-2] - x * P[-1]))
+    return x
+
+
+def legendre(x):
+    """The Legendre polynomials of degree 0 to `ORDER`."""
+    P = [mpf(1), x]
+    for n in range(1, ORDER):
+        P.append(((2 * n + 1) * x * P[n] - n * P[n - 1]) / (n + 1))
+    return P
 
 
 def bracket_sizes(theta_cone, theta_o, v):

@@ -35,6 +35,12 @@ CASES = {
         lambda f, t, e, s, b: fj.N(1, f, t, eta=e, sigma_a=s, beta_n=b),
         (2.5, 0.4, 1.55, (0.2, 0.6), 0.4),
     ),
+    "N_smooth": (
+        lambda f, t, e, s: fj.N_smooth(2, f, t, eta=e, sigma_a=s),
+        (0.1, 0.3, 1.55, (0.2, 0.6)),
+    ),
+    "roots": (lambda f, t, e: fj.roots(2, f, t, eta=e).h, (0.1, 0.3, 1.55)),
+    "caustics": (lambda t, e: fj.caustics(3, t, eta=e)[:2], (0.3, 1.55)),
     "evaluate": (
         lambda *x: fj.evaluate(FIBER, *x, lobes=(0, 2)),
         (0.3, 0.1, 2.0),
@@ -47,7 +53,12 @@ CASES = {
     "to_angles": (fj.to_angles, (WI, WO, TANGENT)),
     "from_angles": (fj.from_angles, (0.3, 0.1, 2.0, TANGENT)),
 }
-OTHERS = {"Fiber", "Sample", "check", "GaussH", "GaussGamma"}
+OTHERS = {"Fiber", "Sample", "Caustics", "Roots", "check", "auto"} | {
+    "GaussH",
+    "GaussGamma",
+    "Series",
+    "Windowed",
+}
 
 
 def arrays(point, dtype):
@@ -266,10 +277,13 @@ FLOORS = (
     {"circular", "spherical", "fresnel"},
     {"path"},
     {"crossings"},
-    {"rules"},
+    {"rules", "roots"},
+    {"series", "windows"},
+    {"auto"},
     {"azimuthal"},
     {"fiber"},
     {"model"},
+    {"selection"},
     {"energy", "farfield", "frame", "sampling", "smooth"},
     {"approximation"},
     {"fitting"},

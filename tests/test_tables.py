@@ -24,6 +24,7 @@ TABLES = Path(__file__).parent / "tables"
 TRUTH = TABLES.parent.parent.parent / "shared" / "truth"
 DTYPES = ("float64", "float32")
 STATIC = ("p", "detector")
+NARROW = 0.1
 
 
 class Budget(NamedTuple):
@@ -111,9 +112,11 @@ BUDGET = {
     ),
     # (4 + 2|E|) eps |f|; for derivatives also 4, and 8, sum |terms| eps
     "M": (4, 2, 4, 8),
-    # of the peak: max(1e-13, 4 eps pi/min(beta_n, 1))
+    # of the peak: max(1e-13, 4 eps pi/min(beta_n, 1) + 2 p sigma_a eps)
     "N": (1e-13, 4),
+    "N_narrow": (1e-13, 4),
     "N_logistic": (1e-13, 4),
+    "N_logistic_narrow": (1e-13, 4),
 }
 
 
@@ -167,13 +170,17 @@ def N_errors(budget, point, eps):
     """Allowed errors of N and its gradient."""
     tolerance, floor = budget
     s = float(point["in"]["beta_n"])
-    relative = max(tolerance, floor * eps * math.pi / min(s, 1))
+    p, sigma_a = point["in"]["p"], float(point["in"]["sigma_a"])
+    # The exponent of the absorption, up to 2 p sigma_a, is rounded like the angles.
+    rounding = floor * eps * math.pi / min(s, 1) + 2 * p * sigma_a * eps
     smallest = 1e-290 if eps < 1e-10 else 1e-30
     peaks = {key: float(peak) for key, peak in point["peak"].items()}
     for key, peak in peaks.items():
-        # A derivative that nearly cancels is a difference of terms as large as N.
-        size = max(peak, peaks["value"])
-        yield "" if key == "value" else key, relative * size + smallest
+        # A derivative that nearly cancels is a difference of terms as large as N, those
+        # of a detector in its argument and its width as large as N/beta_n.
+        terms = peaks["value"] / (min(s, 1) if key in ("phi", "beta_n") else 1)
+        size = max(peak, terms)
+        yield "" if key == "value" else key, max(tolerance, rounding) * size + smallest
 
 
 def sample_M(theta_cone, v, xi, u1):
@@ -182,7 +189,11 @@ def sample_M(theta_cone, v, xi, u1):
     return fiberjax.sample_M(theta_cone, v, jnp.stack([u0, u1]))
 
 
-def N(phi, theta_d, eta, sigma_a, beta_n, *, p, detector):
+RULES = {True: fiberjax.Windowed(56), False: fiberjax.GaussGamma(192)}
+"""Rules with nodes to spare, by whether a detector is narrow."""
+
+
+def N(phi, theta_d, eta, sigma_a, beta_n, *, p, detector, narrow):
     return fiberjax.N(
         p,
         phi,
@@ -191,12 +202,13 @@ def N(phi, theta_d, eta, sigma_a, beta_n, *, p, detector):
         sigma_a=sigma_a,
         beta_n=beta_n,
         detector=detector,
+        rule=RULES[narrow],
     )
 
 
 def equation(name, static):
     """The function of the real arguments."""
-    if name in ("N", "N_logistic"):
+    if name.startswith("N"):
         return lambda *x: N(*x, **static)
     if name == "sample_M":
         return sample_M
@@ -224,12 +236,14 @@ def evaluated(name, points, dtype):
     """Pairs of a point and what the library finds there, by keys."""
     groups = defaultdict(list)
     for point in points:
-        static = tuple((n, point["in"][n]) for n in STATIC if n in point["in"])
-        groups[static].append(point)
+        static = {n: point["in"][n] for n in STATIC if n in point["in"]}
+        if name.startswith("N"):
+            static["narrow"] = float(point["in"]["beta_n"]) < NARROW
+        groups[tuple(static.items())].append(point)
     for static, members in groups.items():
         arguments = [n for n in members[0]["in"] if n not in STATIC]
         x = [jnp.array([float(q["in"][n]) for q in members], dtype) for n in arguments]
-        order = 1 if name in ("N", "N_logistic") else 2
+        order = 1 if name.startswith("N") else 2
         found = derivatives(equation(name, dict(static)), arguments, order)(*x)
         assert {array.dtype for array in found.values()} == {jnp.dtype(dtype)}
         columns = {key: np.asarray(array, float) for key, array in found.items()}

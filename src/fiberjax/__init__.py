@@ -7,6 +7,7 @@ S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe wid
 standard deviations in radians, lengths are in fiber radii.
 """
 
+from fiberjax.auto import auto as auto
 from fiberjax.azimuthal import N as N
 from fiberjax.circular import trimmed_logistic as trimmed_logistic
 from fiberjax.circular import wrapped_normal as wrapped_normal
@@ -24,10 +25,17 @@ from fiberjax.path import A_rest as A_rest
 from fiberjax.path import Phi as Phi
 from fiberjax.path import eta_prime as eta_prime
 from fiberjax.path import transmittance as transmittance
+from fiberjax.roots import Caustics as Caustics
+from fiberjax.roots import Roots as Roots
+from fiberjax.roots import caustics as caustics
+from fiberjax.roots import roots as roots
 from fiberjax.rules import GaussGamma as GaussGamma
 from fiberjax.rules import GaussH as GaussH
 from fiberjax.sampling import Sample as Sample
 from fiberjax.sampling import sample as sample
+from fiberjax.series import Series as Series
+from fiberjax.smooth import N_smooth as N_smooth
 from fiberjax.smooth import pdf_smooth as pdf_smooth
 from fiberjax.spherical import M as M
 from fiberjax.spherical import sample_M as sample_M
+from fiberjax.windows import Windowed as Windowed

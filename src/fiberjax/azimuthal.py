@@ -6,9 +6,10 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, Reals, choice, floats, lobe_number
+from fiberjax.auto import DEFAULT
 from fiberjax.circular import DETECTORS
-from fiberjax.path import ray
-from fiberjax.rules import DEFAULT, Rule, check_rule
+from fiberjax.path import ray, section
+from fiberjax.rules import Rule, Seen, check_rule
 
 
 def check_sigma_a(sigma_a: Floats | None) -> None:
@@ -24,14 +25,13 @@ def drop_color(value: Floats, sigma_a: Floats | None) -> Floats:
 
 @partial(jax.jit, static_argnames=("p", "rule", "detector"))
 def _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector):
-    seen = DETECTORS[detector]
+    seen = [Seen(p, beta_n, jnp.ones((), phi.dtype))]
+    here = section(theta_d, eta, sigma_a)
 
-    def weight(offset):
-        return ray(offset, theta_d, eta, sigma_a).A(p)
+    def weights(offset):
+        return [ray(offset, here).A(p)]
 
-    value = rule.convolve(
-        weight, p, phi, theta_d, eta, lambda x: seen.density(x, beta_n), seen.kink
-    )
+    value = rule.convolve(seen, weights, phi, here, DETECTORS[detector])
     return drop_color(value, sigma_a)
 
 
@@ -80,9 +80,5 @@ def N(
     )
     sigma_a = sigma[0] if sigma else None
     check_sigma_a(sigma_a)
-    # beta_n alone may have the most axes, and the rules look at the angles.
-    phi = jnp.broadcast_to(
-        phi, jnp.broadcast_shapes(phi.shape, theta_d.shape, eta.shape, beta_n.shape)
-    )
     choice("detector", detector, tuple(DETECTORS))
     return _N(p, phi, theta_d, eta, sigma_a, beta_n, rule, detector)

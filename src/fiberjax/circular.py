@@ -3,12 +3,15 @@
 Both integrate to 1 over one turn, have period 2 pi, and tend to 1/(2 pi) as they widen.
 """
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats
 
 TURN = 2 * 3.141592653589793
@@ -92,23 +95,126 @@ def _logistic_quantile(u: Floats, s: Floats) -> Floats:
     return 2 * s * jnp.atanh((2 * u - 1) * mass)
 
 
+Pair = Callable[[Floats], Floats]
+
+
+def _normal_image(x: Floats, beta: Floats) -> Floats:
+    return jnp.exp(-((x / beta) ** 2) / 2) / (_ROOT_TURN * beta)
+
+
+def _logistic_image(x: Floats, beta: Floats) -> Floats:
+    s = LOGISTIC_SCALE * beta
+    e = jnp.exp(-jnp.abs(x) / s)
+    mass = 1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40))
+    return e / ((1 + e) * (1 + e)) * (mass / s)
+
+
+def _image_pair(image: Callable[[Floats, Floats], Floats]) -> Callable[..., Pair]:
+    """Both sides of a density of which only the nearest image is seen."""
+
+    def of(x, beta, tolerance=None):
+        del tolerance
+        return lambda turn: (
+            (image(wrap(x - turn), beta) + image(wrap(x + turn), beta)) / 2
+        )
+
+    return of
+
+
+def _harmonics(x: Floats, beta: Floats, count: int) -> Pair:
+    """Both sides of a broad normal: 1 + 2 sum_n q^(n^2) cos(n x) cos(n turn)."""
+    cos_x, q = jnp.cos(x), jnp.exp(-beta * beta / 2)
+
+    def pair(turn):
+        cos_turn = jnp.cos(turn)
+        here, there, weight, ratio = cos_x, cos_turn, q, q
+        total = jnp.zeros_like(q)
+        x_before = turn_before = jnp.ones_like(q)
+        for _ in range(count):
+            total = total + weight * (here * there)
+            here, x_before = 2 * cos_x * here - x_before, here
+            there, turn_before = 2 * cos_turn * there - turn_before, there
+            ratio = ratio * (q * q)
+            weight = weight * ratio
+        return (1 + 2 * total) / TURN
+
+    return pair
+
+
+def _normal_pair(x: Floats, beta: Floats, tolerance: float) -> Pair:
+    """One image up to the roughness at which the next is `tolerance`, harmonics above.
+
+    beta is one number as a rule, and then only one of the two forms is run.
+    """
+    depth = 2 * math.log(1 / tolerance)
+    limit = math.pi / math.sqrt(depth)
+    narrow = beta < limit
+    image = _image_pair(_normal_image)(x, jnp.where(narrow, beta, limit))
+    series = _harmonics(
+        x, jnp.where(narrow, limit, beta), math.ceil(math.sqrt(depth) / limit)
+    )
+
+    def masked(here, form, turn):
+        return jnp.where(here, form(turn), 0)
+
+    def pair(turn):
+        shape: Any = jnp.broadcast_shapes(x.shape, beta.shape, turn.shape)
+        return numerics.computed_if(
+            jnp.any(narrow), partial(masked, narrow, image, turn), shape, x.dtype
+        ) + numerics.computed_if(
+            jnp.any(~narrow), partial(masked, ~narrow, series, turn), shape, x.dtype
+        )
+
+    return pair
+
+
 class Detector(NamedTuple):
     """A density in azimuth of roughness beta_n, and how to draw from it.
 
-    density(phi, beta_n) per radian; quantile(u, beta_n), not wrapped; kink, whether the
-    slope of the density jumps at half a turn.
+    density(phi, beta_n)           per radian
+    quantile(u, beta_n)            not wrapped
+    image(x, beta_n)               per radian, not wrapped, for small roughness
+    pair(x, beta_n, tolerance)     the mean of the densities at x - turn and x + turn,
+                                   as a function of turn; error below tolerance of the
+                                   peak
+    reach(tolerance)               beyond this many beta_n the density is below
+                                   tolerance of the peak, wrapping aside
+    bandwidth(tolerance)           wave number times beta_n from which on a quadrature
+                                   need not follow it
+    effort(tolerance)              nodes of a window, relative to the normal
+    kink                           whether the slope jumps at half a turn
     """
 
     density: Callable[[Floats, Floats], Floats]
     quantile: Callable[[Floats, Floats], Floats]
+    image: Callable[[Floats, Floats], Floats]
+    pair: Callable[[Floats, Floats, float], Pair]
+    reach: Callable[[float], float]
+    bandwidth: Callable[[float], float]
+    effort: Callable[[float], float]
     kink: bool
 
 
 DETECTORS = {
-    "normal": Detector(wrapped_normal, _normal_quantile, kink=False),
+    "normal": Detector(
+        wrapped_normal,
+        _normal_quantile,
+        _normal_image,
+        _normal_pair,
+        lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
+        lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
+        effort=lambda tolerance: 1.0,
+        kink=False,
+    ),
     "logistic": Detector(
         lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
         lambda u, beta: _logistic_quantile(u, LOGISTIC_SCALE * beta),
+        _logistic_image,
+        _image_pair(_logistic_image),
+        lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),
+        lambda tolerance: math.log(1 / tolerance) / 2,
+        # Its poles lie pi scales off the real axis, whatever the window's width.
+        effort=lambda tolerance: (3 + math.log(1 / tolerance)) / 8,
         kink=True,
     ),
 }

@@ -6,11 +6,13 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, Reals, flag
+from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
 from fiberjax.fiber import Fiber, cone, fold
 from fiberjax.model import Model, longitudinal, prepare
+from fiberjax.path import ray
 from fiberjax.quadrature import gauss_legendre_unit, weighted_sum
-from fiberjax.rules import DEFAULT, Rule
+from fiberjax.rules import Rule
 
 _REACH = 9.0
 """Half-width of the range of theta_o in units of beta: exp(-_REACH^2/2) is 3e-18."""
@@ -20,14 +22,16 @@ _INCLINATIONS = 64
 def _part_albedo(model: Model, fiber: Fiber, part, theta_i) -> Floats:
     """Energy of one part: the mean of 1/2 int A dh under M cos(theta_o)."""
 
-    def around(inclination):
-        def weight(offset):
-            return model.attenuation(fiber, part, offset, inclination)
+    def around(theta_o):
+        section = model.section(fiber, theta_i, theta_o)
 
-        return model.rule.average(weight, inclination, fiber.eta)
+        def weight(offset):
+            return model.attenuation(part, ray(offset, section))
+
+        return model.rule.average(weight, section)
 
     if model.incidence == "theta_i":
-        return around(theta_i)
+        return around(-theta_i)
     shape = model.shape(fiber, part)
     center = fold(cone(theta_i, shape))
     # The chord of the sphere is what M falls off with; the cut carries no energy.
@@ -40,8 +44,7 @@ def _part_albedo(model: Model, fiber: Fiber, part, theta_i) -> Floats:
     def term(t, w):
         theta_o = low + (high - low) * t
         along = longitudinal(model, fiber, part, theta_i, theta_o) * jnp.cos(theta_o)
-        energy = around(model.inclination(theta_i, theta_o))
-        return ((high - low) * w * along)[..., None] * energy
+        return ((high - low) * w * along)[..., None] * around(theta_o)
 
     return weighted_sum(term, gauss_legendre_unit(_INCLINATIONS), theta_i.dtype)
 

@@ -22,56 +22,65 @@ from functools import partial
 
 import jax
 
-from fiberjax._types import Floats, Reals, lobe_number
+from fiberjax._types import Floats, Reals, choice, lobe_number
+from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
-from fiberjax.circular import DETECTORS, TURN
+from fiberjax.circular import DETECTORS
 from fiberjax.fiber import Fiber
 from fiberjax.model import Model, longitudinal, prepare
-from fiberjax.rules import DEFAULT, Rule
+from fiberjax.path import ray
+from fiberjax.rules import Rule, Seen
+from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES, direction_weights
 
 
-def _around(model: Model, fiber: Fiber, part, weight, phi, inclination) -> Floats:
-    """Azimuthal integral of weight(offset) for one part, with a color axis."""
-    if part == model.tail:
-        return model.rule.average(weight, inclination, fiber.eta) / TURN
-    seen, beta_n = DETECTORS[model.detector], model.shape(fiber, part).beta_n
-
-    def density(x):
-        return seen.density(x, beta_n)
-
-    return model.rule.convolve(
-        weight, part, phi, inclination, fiber.eta, density, seen.kink
-    )
-
-
-def _scattered(model: Model, fiber: Fiber, weight, theta_i, theta_o, phi) -> Floats:
-    """Sum over parts of M times the azimuthal integral of weight(part, offset)."""
-    inclination = model.inclination(theta_i, theta_o)
-
-    def scattered(part):
-        along = longitudinal(model, fiber, part, theta_i, theta_o)[..., None]
-        of_part = partial(weight, part, inclination)
-        return along * _around(model, fiber, part, of_part, phi, inclination)
-
-    return sum(map(scattered, model.parts[1:]), scattered(model.parts[0]))
+def _scattered(model: Model, fiber: Fiber, weights, section, *angles) -> Floats:
+    """Sum over parts of M times the azimuthal integral of their weights."""
+    theta_i, theta_o, phi = angles
+    seen = [
+        Seen(
+            None if part == model.tail else part,
+            model.shape(fiber, part).beta_n,
+            longitudinal(model, fiber, part, theta_i, theta_o),
+        )
+        for part in model.parts
+    ]
+    detector = DETECTORS[model.detector]
+    return model.rule.convolve(seen, weights, phi, section, detector)
 
 
 @partial(jax.jit, static_argnames="model")
 def _evaluate(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
-    def weight(part, inclination, offset):
-        return model.attenuation(fiber, part, offset, inclination)
+    section = model.section(fiber, theta_i, theta_o)
 
-    value = _scattered(model, fiber, weight, theta_i, theta_o, phi)
+    def weights(offset):
+        one = ray(offset, section)
+        return [model.attenuation(part, one) for part in model.parts]
+
+    value = _scattered(model, fiber, weights, section, theta_i, theta_o, phi)
     return drop_color(value, fiber.sigma_a)
 
 
-@partial(jax.jit, static_argnames="model")
-def _pdf(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
-    def weight(part, inclination, offset):
-        probability, _ = model.selection(fiber, theta_i, offset)
-        return probability[..., model.parts.index(part), None]
+@partial(jax.jit, static_argnames=("model", "strategy"))
+def _pdf(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
+    section = model.section(fiber, theta_i, theta_o)
+    if strategy != "lobe_first":
+        joint, factor = direction_weights(model, strategy, fiber, theta_i, theta_o)
+        detector = DETECTORS[model.detector]
+        seen = [
+            Seen(
+                None if part == model.tail else part,
+                model.shape(fiber, part).beta_n,
+                factor,
+            )
+            for part in model.parts
+        ]
+        return model.rule.convolve(seen, joint, phi, section, detector)[..., 0]
 
-    return _scattered(model, fiber, weight, theta_i, theta_o, phi)[..., 0]
+    def weights(offset):
+        probability, _ = model.selection(fiber, theta_i, offset)
+        return [probability[..., k, None] for k in range(len(model.parts))]
+
+    return _scattered(model, fiber, weights, section, theta_i, theta_o, phi)[..., 0]
 
 
 def evaluate(
@@ -157,16 +166,22 @@ def pdf(
     rule: Rule = DEFAULT,
     detector: str = "normal",
     incidence: str = "theta_d",
+    strategy: str = DEFAULT_STRATEGY,
 ) -> Floats:
     """Probability density, per steradian, with which `sample` chooses a direction.
 
-    sum_p M_p 1/2 int w_p(h) D(phi - Phi(p, h)) dh, w_p the probability of choosing lobe
-    p at offset h: `evaluate` with w in place of A. int pdf d omega_o = 1, and the mean
-    weight of samples that leave in one direction is evaluate/pdf there.
+    1/2 int sum_q W_q(h) D(phi - Phi(q, h)) dh, with what `sample` calls w, P and r:
+
+        lobe_first   W_q = w_q M_q: `evaluate` with w in place of A
+        lobe_again   W_q = (sum_p w_p M_p) P_q
+        guided       W_q = r (sum_p w_p M_p) P_q
+
+    int pdf d omega_o = 1, and the mean weight of samples that leave in one direction is
+    evaluate/pdf there.
 
     Args:
         fiber, theta_i, theta_o, phi: as in `evaluate`.
-        lobes, rest, rule, detector, incidence: static, as given to `sample`.
+        lobes, rest, rule, detector, incidence, strategy: static, as given to `sample`.
 
     Returns:
         Density per steradian, shape broadcast(angles); no color axis.
@@ -177,6 +192,7 @@ def pdf(
     Reference: d'Eon et al. 2013, section 3.5. The single-root form given there for R
     and TT holds only without azimuthal roughness: `pdf_smooth`.
     """
+    choice("strategy", strategy, STRATEGIES)
     model = Model(lobes, rest, rule, detector, incidence)
     fiber, angles = prepare(fiber, theta_i, theta_o, phi)
-    return _pdf(model, fiber, *angles)
+    return _pdf(model, strategy, fiber, *angles)

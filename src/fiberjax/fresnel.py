@@ -26,13 +26,13 @@ def interface(mu: Floats, eta: Floats) -> Interface:
     g = numerics.sqrt(k + mu * mu)
     # Both sums vanish only at mu = 0, eta = 1, where nothing is reflected.
     s = mu + g
-    s = jnp.where(s == 0, 1, s)
+    s = 1 / jnp.where(s == 0, 1, s)
     t = eta * eta * mu + g
-    t = jnp.where(t == 0, 1, t)
-    # Dividing twice keeps the squares, and theirs in the derivatives, out of underflow.
-    r_s = -(k / s) / s
-    r_p = (k / t) * (((eta * eta + 1) * mu * mu - 1) / t)
-    passed = 2 * ((mu / s) * (g / s) + eta * eta * ((mu / t) * (g / t)))
+    t = 1 / jnp.where(t == 0, 1, t)
+    # One factor at a time: the squares, and theirs in the derivatives, may overflow.
+    r_s = -(k * s) * s
+    r_p = (k * t) * (((eta * eta + 1) * mu * mu - 1) * t)
+    passed = 2 * ((mu * s) * (g * s) + eta * eta * ((mu * t) * (g * t)))
     return Interface((r_s * r_s + r_p * r_p) / 2, passed, g)
 
 

@@ -1,5 +1,6 @@
 """The static choices of the far-field model, and what its parts let through."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
 from fiberjax.circular import DETECTORS
 from fiberjax.fiber import Fiber, LobeShape, cast, cone, fold, lobe_shape, rest_shape
-from fiberjax.path import Offset, ray
+from fiberjax.path import Offset, Ray, Section, ray, section
 from fiberjax.rules import Rule, check_rule
 from fiberjax.spherical import M
 
@@ -59,15 +60,15 @@ class Model:
         """Tilt and widths of a part."""
         return rest_shape(fiber) if part == self.tail else lobe_shape(fiber, part)
 
-    def inclination(self, theta_i: Floats, theta_o: Floats) -> Floats:
-        """The angle at which attenuations and eta' are taken."""
-        return (theta_o - theta_i) / 2 if self.incidence == "theta_d" else theta_i
+    def section(self, fiber: Fiber, theta_i: Floats, theta_o: Floats) -> Section:
+        """The cross-section that attenuations and eta' are taken at."""
+        inclination = (
+            (theta_o - theta_i) / 2 if self.incidence == "theta_d" else theta_i
+        )
+        return section(inclination, fiber.eta, fiber.sigma_a)
 
-    def attenuation(
-        self, fiber: Fiber, part: int, offset: Offset, inclination: Floats
-    ) -> Floats:
-        """A_p(h), or its sum over the rest, with a trailing color axis."""
-        one = ray(offset, inclination, fiber.eta, fiber.sigma_a)
+    def attenuation(self, part: int, one: Ray) -> Floats:
+        """A_p of a ray, or its sum over the rest, with a trailing color axis."""
         return one.A_rest(part) if part == self.tail else one.A(part)
 
     def selection(
@@ -82,14 +83,22 @@ class Model:
         spec = []
         for part in self.parts:
             cone_p = fold(cone(theta_i, self.shape(fiber, part)))
-            inclination = self.inclination(theta_i, cone_p)
-            spec.append(self.attenuation(fiber, part, offset, inclination).mean(-1))
-        stacked = jnp.stack(jnp.broadcast_arrays(*spec), -1)
-        # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
-        largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
-        alive = largest >= jnp.finfo(stacked.dtype).tiny
-        share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
-        return share / share.sum(-1, keepdims=True), alive[..., 0]
+            one = ray(offset, self.section(fiber, theta_i, cone_p))
+            spec.append(self.attenuation(part, one).mean(-1))
+        return shares(spec)
+
+
+def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
+    """Each value over their sum, on a last axis, and whether any is a normal number.
+
+    All shares are equal where none is.
+    """
+    stacked = jnp.stack(jnp.broadcast_arrays(*values), -1)
+    # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
+    largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
+    alive = largest >= jnp.finfo(stacked.dtype).tiny
+    share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
+    return share / share.sum(-1, keepdims=True), alive[..., 0]
 
 
 def prepare(fiber: Fiber, *angles: Reals) -> tuple[Fiber, list[Floats]]:

@@ -170,6 +170,25 @@ class Offset(NamedTuple):
     cos: Floats
 
 
+class Section(NamedTuple):
+    """The cross-section of a fiber that light of one inclination sees.
+
+    cos is |cos theta_d|, k is eta^2 - 1 and r = sqrt(k + cos^2) is eta' cos.
+    """
+
+    cos: Floats
+    eta: Floats
+    k: Floats
+    r: Floats
+    sigma_a: Floats | None
+
+
+def section(theta_d: Floats, eta: Floats, sigma_a: Floats | None = None) -> Section:
+    """The section at an inclination, with sigma_a of shape () or (C,), or None."""
+    cos, k = jnp.abs(jnp.cos(theta_d)), (eta - 1) * (eta + 1)
+    return Section(cos, eta, k, jnp.sqrt(k + cos * cos), sigma_a)
+
+
 class Ray(NamedTuple):
     """Attenuation of a ray: the surface, and one segment of the inside.
 
@@ -195,35 +214,41 @@ class Ray(NamedTuple):
         return A_rest(p, F, self.T, passed, self.absorbed)
 
 
-def ray(offset: Offset, theta_d: Floats, eta: Floats, sigma_a: Floats | None) -> Ray:
-    """The ray that enters at `offset`, with sigma_a of shape () or (C,), or None."""
-    c = jnp.abs(jnp.cos(theta_d))
-    surface = Interface(*(x[..., None] for x in interface(c * offset.cos, eta)))
-    if sigma_a is None:
+def ray(offset: Offset, section: Section) -> Ray:
+    """The ray that enters at `offset`."""
+    bare = interface(section.cos * offset.cos, section.eta)
+    surface = Interface(*(x[..., None] for x in bare))
+    if section.sigma_a is None:
         return Ray(surface, None, None)
-    length = surface.g * _length_over_g(theta_d, eta)[..., None]
-    depth = jnp.atleast_1d(sigma_a) * length
+    # 2 cos gamma_t/cos theta_t, with the part that does not depend on the offset apart.
+    length = 2 * section.eta / (section.k + section.cos * section.cos)
+    depth = jnp.atleast_1d(section.sigma_a) * (bare.g * length)[..., None]
     return Ray(surface, jnp.exp(-depth), -jnp.expm1(-depth))
 
 
-def refraction(offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+def _g(offset: Offset, section: Section) -> tuple[Floats, Floats]:
+    """Cosine of incidence mu, and g = sqrt(eta^2 - 1 + mu^2)."""
+    mu = section.cos * offset.cos
+    return mu, numerics.sqrt(section.k + mu * mu)
+
+
+def refraction(offset: Offset, section: Section) -> Floats:
     """gamma_t = asin(h/eta') = atan2(|cos theta_d| sin gamma, g).
 
     eta' is never formed, so theta_d = 90 deg and eta = 1 need no care.
     """
-    c = jnp.abs(jnp.cos(theta_d))
-    return jnp.atan2(c * offset.sin, interface(c * offset.cos, eta).g)
+    _, g = _g(offset, section)
+    return numerics.acute_angle(section.cos * offset.sin, g, section.r)
 
 
-def deflection(p: int, offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+def deflection(p: int, offset: Offset, section: Section) -> Floats:
     """Phi - p pi = 2 p gamma_t - 2 gamma_i, an odd function of the offset."""
     if p == 0:
         return -2 * offset.gamma
-    return 2 * p * refraction(offset, theta_d, eta) - 2 * offset.gamma
+    return 2 * p * refraction(offset, section) - 2 * offset.gamma
 
 
-def deflection_slope(p: int, offset: Offset, theta_d: Floats, eta: Floats) -> Floats:
+def deflection_slope(p: int, offset: Offset, section: Section) -> Floats:
     """Derivative of `deflection` in gamma: 2 p cos gamma/(eta' cos gamma_t) - 2."""
-    c = jnp.abs(jnp.cos(theta_d))
-    mu = c * offset.cos
-    return 2 * p * (mu / interface(mu, eta).g) - 2
+    mu, g = _g(offset, section)
+    return 2 * p * numerics.quotient(mu, g, 1.0) - 2

@@ -1,7 +1,8 @@
 """Gauss-Legendre nodes, and sums over them that need no memory per node."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -44,19 +45,21 @@ def gauss_legendre_unit(order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def weighted_sum(
-    f: Callable[[Floats, Floats], Floats], rule: tuple[np.ndarray, np.ndarray], dtype
-) -> Floats:
+    f: Callable[[Floats, Floats], Any], rule: tuple[np.ndarray, np.ndarray], dtype
+) -> Any:
     """sum_k f(node_k, weight_k), one node at a time.
 
-    `f` sees scalar nodes and weights and may return any shape. A scan keeps the program
-    small and the memory independent of the number of nodes; the checkpoint does the
-    same for reverse mode, by computing each term again instead of storing it.
+    `f` sees scalar nodes and weights and may return arrays of any shape in a PyTree. A
+    scan keeps the program small and the memory independent of the number of nodes; the
+    checkpoint does the same for reverse mode, by computing each term again instead of
+    storing it.
     """
     nodes, weights = (jnp.asarray(x, dtype) for x in rule)
-    term = jax.eval_shape(f, nodes[0], weights[0])
+    terms = jax.eval_shape(f, nodes[0], weights[0])
+    zeros = jax.tree.map(lambda term: jnp.zeros(term.shape, term.dtype), terms)
 
-    @jax.checkpoint
+    @partial(jax.checkpoint, prevent_cse=False)
     def step(total, node):
-        return total + f(*node), None
+        return jax.tree.map(jnp.add, total, f(*node)), None
 
-    return jax.lax.scan(step, jnp.zeros(term.shape, term.dtype), (nodes, weights))[0]
+    return jax.lax.scan(step, zeros, (nodes, weights))[0]

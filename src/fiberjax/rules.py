@@ -1,21 +1,19 @@
 """Rules for the integral over the offset h: static, hashable choices.
 
-A rule answers two questions about a fiber at one difference angle:
+A rule answers two questions about a cross-section of a fiber:
 
-    average(weight, theta_d, eta)           1/2 int_{-1}^{1} weight(h) dh
-    convolve(weight, p, phi, theta_d, eta, density)
-                                1/2 int_{-1}^{1} weight(h) density(phi - Phi(p, h)) dh
+    average     1/2 int_{-1}^{1} weight(h) dh
+    convolve    sum over lobes of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh
 
-`weight` maps an `Offset` to an array with a trailing color axis, which the answer has
-too, and is even in h. `density` is even and has period 2 pi; `kink` says whether its
-slope jumps at half a turn. Phi - p pi is odd in h, so half the range serves:
-density(x - Phi) + density(x + Phi) at each offset.
+A weight maps an `Offset` to an array with a trailing color axis, which the answer has
+too, and is even in h. D is a `Detector`, even and of period 2 pi. Phi - p pi is odd in
+h, so half the range serves, with D seen from both sides at each offset.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -23,40 +21,74 @@ import numpy as np
 
 from fiberjax import numerics
 from fiberjax._types import Floats, lobe_number
-from fiberjax.circular import wrap
+from fiberjax.circular import TURN, Detector, Pair, wrap
 from fiberjax.crossings import half_turns
-from fiberjax.path import Offset, deflection
+from fiberjax.path import Offset, Section, refraction
 from fiberjax.quadrature import gauss_legendre, gauss_legendre_unit, weighted_sum
 
 Weight = Callable[[Offset], Floats]
-Density = Callable[[Floats], Floats]
+
+
+class Seen(NamedTuple):
+    """A lobe as it is seen: the roughness that blurs it, and a factor.
+
+    p is None for what is uniform in azimuth; beta_n is not looked at then.
+    """
+
+    p: int | None
+    beta_n: Floats
+    factor: Floats
+
+
+Weights = Callable[[Offset], Sequence[Floats]]
+"""The weights of everything that is seen, in the same order."""
 
 
 class Rule(ABC):
     """A way to integrate over the offset h; subclasses are frozen dataclasses."""
 
     @abstractmethod
-    def average(self, weight: Weight, theta_d: Floats, eta: Floats) -> Floats:
+    def average(self, weight: Weight, section: Section) -> Floats:
         """1/2 int weight(h) dh over [-1, 1]."""
 
     @abstractmethod
     def convolve(
         self,
-        weight: Weight,
-        p: int,
+        seen: Sequence[Seen],
+        weights: Weights,
         phi: Floats,
-        theta_d: Floats,
-        eta: Floats,
-        density: Density,
-        kink: bool,
+        section: Section,
+        detector: Detector,
     ) -> Floats:
-        """1/2 int weight(h) density(phi - Phi(p, h)) dh over [-1, 1]."""
+        """Sum of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh over what is seen."""
 
 
-def _both_sides(density, p, x, offset, theta_d, eta) -> Floats:
-    """Mean of the density at the azimuths of +h and -h."""
-    turn = deflection(p, offset, theta_d, eta)
-    return (density(x - turn) + density(x + turn)) / 2
+def pair(
+    lobe: Seen, phi: Floats, detector: Detector, tolerance: float | None = None
+) -> Pair:
+    """Mean of the density at the azimuths of +h and -h, as a function of Phi - p pi."""
+    if lobe.p is None:
+        return lambda turn: jnp.full_like(turn, 1 / TURN)
+    x = wrap(phi - (lobe.p % 2) * jnp.pi)
+    precision = float(jnp.finfo(x.dtype).eps)
+    return detector.pair(x, lobe.beta_n, max(tolerance or 0.0, precision))
+
+
+def scattered(
+    seen: Sequence[Seen],
+    weights: Weights,
+    pairs: Sequence[Pair],
+    offset: Offset,
+    share: Floats,
+    section: Section,
+) -> Floats:
+    """What the lobes send to the observer from one offset, times a share."""
+    gamma_t, total = refraction(offset, section), 0.0
+    for lobe, weight, both in zip(seen, weights(offset), pairs, strict=True):
+        p = lobe.p or 0
+        density = share * (lobe.factor * both(2 * p * gamma_t - 2 * offset.gamma))
+        total = total + weight * density[..., None]
+    return jnp.asarray(total)
 
 
 @dataclass(frozen=True)
@@ -82,19 +114,17 @@ class GaussH(Rule):
         order = lobe_number("order", self.order, lowest=1)
         object.__setattr__(self, "order", order)
 
-    def average(self, weight, theta_d, eta):
+    def average(self, weight, section):
         def term(h, w):
             return w * weight(self._offset(h))
 
-        return weighted_sum(term, self._half(), theta_d.dtype)
+        return weighted_sum(term, self._half(), section.cos.dtype)
 
-    def convolve(self, weight, p, phi, theta_d, eta, density, kink):
-        x = phi - (p % 2) * jnp.pi
+    def convolve(self, seen, weights, phi, section, detector):
+        pairs = [pair(lobe, phi, detector) for lobe in seen]
 
         def term(h, w):
-            offset = self._offset(h)
-            seen = _both_sides(density, p, x, offset, theta_d, eta)
-            return weight(offset) * (w * seen)[..., None]
+            return scattered(seen, weights, pairs, self._offset(h), w, section)
 
         return weighted_sum(term, self._half(), phi.dtype)
 
@@ -113,86 +143,145 @@ class GaussGamma(Rule):
     """Gauss-Legendre in gamma over half the range, graded towards grazing.
 
     h = sin gamma removes the infinite slope of Phi at |h| = 1, and
-    pi/2 - gamma = delta sinh z with delta = sqrt(eta^2 - 1)/cos theta_d resolves the
-    fast change of the Fresnel terms there: convergence is geometric once the spacing of
-    the nodes is below the roughness. Where the density has a kink the range is split
-    there, and the rule is applied to each of the parts: 2 for R and TT, 4 for TRT.
-
-    With the default 64 nodes the error is below 1e-12 of the peak over phi for a
-    roughness from 0.2 on (theta_d to 90 deg, eta 1 to 3, sigma_a to 100). For hair
-    (theta_d to 75 deg, eta 1.45 to 1.65, sigma_a to 1) that holds from 0.1 on with the
-    normal detector and from 0.15 on with the logistic, whose error is 2e-8 at 0.1.
+    pi/2 - gamma = delta sinh z resolves the fast change of the Fresnel terms and of the
+    absorption there (`grading`): convergence is geometric once the spacing of the nodes
+    is below the roughness. Where the density has a kink the range is split there, and
+    the rule is applied to each of the parts: 2 for R and TT, 4 for TRT.
 
     Args:
         order: number of nodes on [0, pi/2], or on each part of it, >= 1.
+        tolerance: error allowed in the density, relative to its peak; None for that of
+            the dtype.
 
     Raises:
         ValueError: order is not an integer >= 1.
     """
 
     order: int = 64
+    tolerance: float | None = None
 
     def __post_init__(self):
         order = lobe_number("order", self.order, lowest=1)
         object.__setattr__(self, "order", order)
 
-    def average(self, weight, theta_d, eta):
-        shape = jnp.broadcast_shapes(theta_d.shape, eta.shape)
-        graded = _graded(theta_d, eta, _edges(shape, theta_d.dtype))
+    def average(self, weight, section):
+        def term(offset, share):
+            return weight(offset) * share[..., None]
 
-        def term(t, w):
-            offset, slope = graded(t)
-            return (weight(offset) * (w * slope)[..., None]).sum(0)
+        return sum_over(
+            term, graded_offsets(grading(section, 1)), self.order, section.cos.dtype
+        )
 
-        return weighted_sum(term, gauss_legendre_unit(self.order), theta_d.dtype)
+    def convolve(self, seen, weights, phi, section, detector):
+        if detector.kink:
+            return self._in_parts(seen, weights, phi, section, detector)
+        pairs = [pair(lobe, phi, detector, self.tolerance) for lobe in seen]
+        highest = max(lobe.p or 0 for lobe in seen)
 
-    def convolve(self, weight, p, phi, theta_d, eta, density, kink):
-        x = phi - (p % 2) * jnp.pi
-        shape = jnp.broadcast_shapes(x.shape, theta_d.shape, eta.shape)
-        breaks = [half_turns(p, wrap(x), theta_d, eta)] if kink else []
-        graded = _graded(theta_d, eta, _edges(shape, x.dtype, *breaks))
+        def term(offset, share):
+            return scattered(seen, weights, pairs, offset, share, section)
 
-        def term(t, w):
-            offset, slope = graded(t)
-            seen = _both_sides(density, p, x, offset, theta_d, eta)
-            return (weight(offset) * (w * slope * seen)[..., None]).sum(0)
+        return sum_over(
+            term, graded_offsets(grading(section, highest)), self.order, phi.dtype
+        )
 
-        return weighted_sum(term, gauss_legendre_unit(self.order), phi.dtype)
+    def _in_parts(self, seen, weights, phi, section, detector):
+        """Lobe by lobe, in parts that end where the slope of the density jumps."""
+        total = 0.0
+        for k, lobe in enumerate(seen):
+
+            def weight(offset, k=k):
+                return weights(offset)[k]
+
+            if lobe.p is None:
+                whole = self.average(weight, section) * lobe.factor[..., None] / TURN
+            else:
+                whole = self._split(lobe, weight, phi, section, detector)
+            total = total + whole
+        return jnp.asarray(total)
+
+    def _split(self, lobe, weight, phi, section, detector):
+        phi = jnp.broadcast_to(phi, whole_shape([lobe], phi, section))
+        x = wrap(phi - (lobe.p % 2) * jnp.pi)
+        breaks = half_turns(lobe.p, x, section)
+        end = jnp.full((1, *phi.shape), jnp.pi / 2, phi.dtype)
+        edges = jnp.concatenate([0 * end, breaks, end])
+        both = pair(lobe, phi, detector)
+
+        def term(offset, share):
+            one = ([lobe], lambda offset: [weight(offset)], [both])
+            return scattered(*one, offset, share, section)
+
+        offsets = graded_offsets(grading(section, lobe.p), edges[:-1], edges[1:])
+        return sum_over(term, offsets, self.order, phi.dtype).sum(0)
 
 
-def _edges(shape: tuple[int, ...], dtype: Any, *breaks: Floats) -> Floats:
-    """0, the breaks and pi/2 along a new first axis."""
-    start, end = jnp.zeros((1, *shape), dtype), jnp.full((1, *shape), jnp.pi / 2, dtype)
-    return jnp.concatenate([start, *breaks, end])
+def sum_over(
+    term: Callable[[Offset, Floats], Any],
+    offsets: Callable[[Floats], tuple[Offset, Floats]],
+    order: int,
+    dtype: Any,
+) -> Any:
+    """Sum of term(offset, dh) over the nodes of a map from [0, 1] to offsets."""
+
+    def at(t, w):
+        offset, slope = offsets(t)
+        return term(offset, w * slope)
+
+    return weighted_sum(at, gauss_legendre_unit(order), dtype)
 
 
-def _graded(theta_d: Floats, eta: Floats, edges: Floats) -> Callable[[Floats], Any]:
+def whole_shape(seen: Sequence[Seen], phi: Floats, section: Section) -> tuple[int, ...]:
+    """The shape of everything that broadcasts with phi; colors aside."""
+    arrays = [phi, section.r, *(lobe.factor for lobe in seen)]
+    arrays += [lobe.beta_n for lobe in seen if lobe.p is not None]
+    return jnp.broadcast_shapes(*(x.shape for x in arrays))
+
+
+def grading(section: Section, p: int) -> Floats:
+    """The distance from grazing over which the weights of lobe p change there.
+
+    The Fresnel terms change over sqrt(eta^2 - 1)/cos theta_d, which is taken at theta_d
+    = 0, so that one set of nodes serves all directions; p segments absorb a factor e
+    more over a distance x with sqrt(k + x^2) - sqrt(k) = (k + 1)/(2 eta p sigma_a), k =
+    eta^2 - 1. Where nodes lie is no function of the parameters: the integral does not
+    depend on it. Closer to eta = 1 than the lower bound there is too little light in
+    the region to matter.
+    """
+    scale = jnp.sqrt(section.k)
+    if section.sigma_a is not None:
+        depth = jnp.maximum(2 * section.eta * p * jnp.max(section.sigma_a), 1e-6)
+        layer = (section.k + 1) / depth
+        scale = jnp.minimum(scale, jnp.sqrt(layer * (2 * scale + layer)))
+    return jax.lax.stop_gradient(jnp.maximum(scale, 1e-6))
+
+
+def graded_offsets(
+    delta: Floats, low: Floats | float = 0.0, high: Floats | float = np.pi / 2
+) -> Callable[[Floats], tuple[Offset, Floats]]:
     """A map from t in [0, 1] to an offset and dh/dt, graded towards grazing.
 
-    The distance from grazing is x = pi/2 - gamma = delta sinh z with z linear in t.
-    `edges` are angles gamma in ascending order along the first axis; the map covers
-    every interval between two of them, along that axis.
+    The distance from grazing is x = pi/2 - gamma = delta sinh z with z linear in t;
+    gamma goes from low to high, element by element.
     """
-    delta = numerics.sqrt((eta - 1) * (eta + 1)) / jnp.abs(jnp.cos(theta_d))
-    # Where the nodes lie is no function of the parameters: the integral does not depend
-    # on it. Closer to eta = 1 there is too little light in the region to matter.
-    delta = jax.lax.stop_gradient(jnp.maximum(delta, 0.005))
-    z = jnp.arcsinh((jnp.pi / 2 - edges) / delta)
-    start, span = z[:-1], z[:-1] - z[1:]
+    start = jnp.arcsinh((jnp.pi / 2 - low) / delta)
+    span = start - jnp.arcsinh((jnp.pi / 2 - high) / delta)
 
     def graded(t):
-        sinh = jnp.sinh(start - span * t)
-        x = delta * sinh
-        slope = span * delta * jnp.sqrt(1 + sinh * sinh) * jnp.sin(x)
-        return Offset(jnp.pi / 2 - x, jnp.cos(x), jnp.sin(x)), slope
+        grown = jnp.exp(start - span * t)
+        shrunk = 1 / grown
+        x = delta / 2 * (grown - shrunk)
+        cos, sin = numerics.sin_cos(x)
+        slope = span * (delta / 2) * (grown + shrunk) * cos
+        return Offset(jnp.pi / 2 - x, sin, cos), slope
 
     return graded
-
-
-DEFAULT = GaussGamma()
 
 
 def check_rule(rule: Any) -> None:
     """ValueError unless `rule` is a `Rule`."""
     if not isinstance(rule, Rule):
-        raise ValueError(f"rule = {rule!r}: must be GaussH(order) or GaussGamma(order)")
+        raise ValueError(
+            f"rule = {rule!r}: must be fiberjax.auto(tolerance) or one of GaussH, "
+            "GaussGamma, Windowed, Series"
+        )

@@ -8,12 +8,22 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from fiberjax._types import Floats, Reals, choice, floats, last_axis
+from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
 from fiberjax.circular import DETECTORS, TURN, wrap
 from fiberjax.fiber import Fiber, cast, cone
 from fiberjax.model import Model
-from fiberjax.path import Offset, refraction
-from fiberjax.rules import DEFAULT, Rule
+from fiberjax.path import ray, refraction
+from fiberjax.rules import Rule
+from fiberjax.selection import (
+    DEFAULT_STRATEGY,
+    STRATEGIES,
+    draw_offset,
+    first_choice,
+    pick,
+    scaled,
+    second_choice,
+)
 from fiberjax.spherical import M, open_unit, sample_cone
 
 GRADIENTS = ("reparameterized", "detached")
@@ -23,7 +33,7 @@ class Sample(NamedTuple):
     """A sampled direction.
 
     theta_o in radians, [-pi/2, pi/2]; phi in radians, [-pi, pi]; weight, an unbiased
-    estimate of evaluate/pdf, with the color axis of sigma_a; p, the lobe it came from,
+    estimate of evaluate/pdf, with the color axis of sigma_a; p, the lobe it left by,
     P = max(lobes) + 1 for the rest.
     """
 
@@ -33,11 +43,9 @@ class Sample(NamedTuple):
     p: Int[Array, "..."]
 
 
-def _take(values: Any, index: Any, axis: int = -1) -> Floats:
-    """The entry `index` of a list of arrays, element by element."""
-    stacked = jnp.stack(jnp.broadcast_arrays(*values), axis)
-    index = jnp.expand_dims(index, tuple(range(index.ndim, stacked.ndim)))
-    return jnp.take_along_axis(stacked, index, axis).squeeze(axis)
+def _at(values: Floats, index: Any) -> Floats:
+    """The entry `index` of the last axis, element by element."""
+    return jnp.take_along_axis(values, index[..., None], -1)[..., 0]
 
 
 def _ratio(x: Floats) -> Floats:
@@ -56,57 +64,72 @@ def _bound(clamp: Any) -> float:
     return bound
 
 
-@partial(jax.jit, static_argnames=("model", "gradient"))
-def _sample(model: Model, gradient, fiber: Fiber, theta_i, u, clamp) -> Sample:
-    theta_i = jnp.broadcast_to(
-        theta_i, jnp.broadcast_shapes(theta_i.shape, u.shape[:-1])
-    )
-    h = 2 * open_unit(u[..., 0]) - 1
-    cos = jnp.sqrt((1 - h) * (1 + h))
-    offset = Offset(jnp.atan2(h, cos), h, cos)
+def _positive(beta: Floats) -> Floats:
+    """The roughness, or a few roundings of an angle: M must be a number."""
+    least = 64 * float(jnp.finfo(beta.dtype).eps)
+    return beta + jax.lax.stop_gradient(jnp.maximum(least - beta, 0))
 
-    probability, alive = model.selection(fiber, theta_i, offset)
-    probability = jax.lax.stop_gradient(probability)
-    sums = jnp.cumsum(probability, -1)
-    # A part of probability 0 ends where the one before it does, so it is never chosen.
-    target = open_unit(u[..., 1]) * sums[..., -1]
-    index = jnp.sum(sums[..., :-1] <= target[..., None], -1)
-    p = jnp.asarray(model.parts)[index]
-    is_rest = p == model.tail
+
+@partial(jax.jit, static_argnames=("model", "strategy", "gradient"))
+def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
+    shape = jnp.broadcast_shapes(theta_i.shape, u.shape[:-1])
+    detached, again = gradient == "detached", strategy != "lobe_first"
+
+    def position(x):
+        return jax.lax.stop_gradient(x) if detached else x
+
+    drawn = draw_offset(model, strategy, fiber, theta_i, u[..., 0])
+    offset, density = position(drawn)
+    probability, alive = first_choice(model, strategy, fiber, theta_i, offset)
+    first = jax.lax.stop_gradient(probability)
+    index, left = pick(first, u[..., 1])
 
     shapes = [model.shape(fiber, part) for part in model.parts]
-    cone_p = _take([cone(theta_i, s) for s in shapes], index)
-    beta_m = jnp.stack([s.beta_m for s in shapes])[index]
-    beta_n = jnp.stack([s.beta_n for s in shapes])[index]
-
-    seen = DETECTORS[model.detector]
-    theta_o = sample_cone(cone_p, beta_m, u[..., 2], u[..., 3])
-    v = open_unit(u[..., 4])
-    aside = seen.quantile(v, beta_n)
-
-    def specular_azimuth(theta_o):
-        inclination = model.inclination(theta_i, theta_o)
-        gamma_t = refraction(offset, inclination, fiber.eta)
-        return p.astype(u.dtype) * (2 * gamma_t + jnp.pi) - 2 * offset.gamma
-
-    phi = wrap(specular_azimuth(theta_o) + aside)
-    phi = jnp.where(is_rest, TURN * (v - 0.5), phi)
-    score = jnp.ones_like(phi)
-    if gradient == "detached":
-        theta_o, phi = jax.lax.stop_gradient((theta_o, phi))
-        # The rest is uniform in azimuth: its score is that of M alone.
-        aside = jnp.where(is_rest, 0, phi - specular_azimuth(theta_o))
-        score = _ratio(M(cone_p, theta_o, beta_m**2))
-        score = score * jnp.where(is_rest, 1, _ratio(seen.density(aside, beta_n)))
-
-    inclination = model.inclination(theta_i, theta_o)
-    attenuation = _take(
-        [model.attenuation(fiber, q, offset, inclination) for q in model.parts],
-        index[..., None],
-        -2,
+    cones = jnp.stack([cone(theta_i, s) for s in shapes], -1)
+    cones = jnp.broadcast_to(cones, (*shape, len(shapes)))
+    beta_m = jnp.stack([s.beta_m for s in shapes])
+    beta_n = jnp.stack([s.beta_n for s in shapes])
+    beta_m = _positive(beta_m) if again else beta_m
+    theta_o = position(
+        sample_cone(_at(cones, index), beta_m[index], u[..., 2], u[..., 3])
     )
-    chosen = jnp.take_along_axis(probability, index[..., None], -1)
-    weight = jnp.where(alive[..., None], score[..., None] * attenuation / chosen, 0)
+
+    section = model.section(fiber, theta_i, theta_o)
+    one = ray(offset, section)
+    if again:
+        along, _ = scaled(M(cones, theta_o[..., None], beta_m**2))
+        mixture = (first * along).sum(-1) * density
+        probability, alive = second_choice(model, along, one)
+        second = jax.lax.stop_gradient(probability)
+        index, _ = pick(second, left)
+        # With M and theta_o alive, and both probabilities held, this is unbiased.
+        # Dividing by 1 rather than by the mixture keeps 1/mixture^2 finite.
+        held = jax.lax.stop_gradient(mixture)
+        share = _at(along, index) / held
+        share = share if detached else share / _ratio(mixture)
+        share = share / _at(second, index)
+    else:
+        share = 1 / _at(first, index)
+        if detached:
+            share = share * _ratio(M(_at(cones, index), theta_o, beta_m[index] ** 2))
+
+    p = jnp.asarray(model.parts)[index]
+    is_rest = p == model.tail
+    seen = DETECTORS[model.detector]
+    turn = p.astype(u.dtype) * (2 * refraction(offset, section) + jnp.pi)
+    specular = turn - 2 * offset.gamma
+    v = open_unit(u[..., 4])
+    phi = wrap(specular + seen.quantile(v, beta_n[index]))
+    phi = position(jnp.where(is_rest, TURN * (v - 0.5), phi))
+    if detached:
+        # The rest is uniform in azimuth: its score is that of M alone.
+        aside = jnp.where(is_rest, 0, phi - specular)
+        score = _ratio(seen.density(aside, beta_n[index]))
+        share = share * jnp.where(is_rest, 1, score)
+
+    attenuation = jnp.stack([model.attenuation(q, one) for q in model.parts], -2)
+    chosen = jnp.take_along_axis(attenuation, index[..., None, None], -2)[..., 0, :]
+    weight = jnp.where(alive[..., None], share[..., None] * chosen, 0)
     if clamp is not None:
         weight = jnp.minimum(weight, jnp.asarray(clamp, weight.dtype))
     return Sample(theta_o, phi, drop_color(weight, fiber.sigma_a), p)
@@ -122,18 +145,32 @@ def sample(
     rule: Rule = DEFAULT,
     detector: str = "normal",
     incidence: str = "theta_d",
+    strategy: str = DEFAULT_STRATEGY,
     gradient: str = "reparameterized",
     clamp: float | None = None,
 ) -> Sample:
     """A direction drawn from `pdf`, and the weight that makes it estimate `evaluate`.
 
-    The offset h is uniform; the lobe is chosen in proportion to its attenuation at h
-    and its specular cone, folded where it has passed a pole; theta_o is drawn from M
-    exactly; phi = Phi(p, h) + a deviate of the detector, at the actual theta_d; weight
-    = A(p, h)/w_p. mean(weight f(theta_o, phi)) estimates int evaluate f d omega_o.
+    The offset h; a lobe p with probability w_p(h); theta_o from M_p, exactly; the lobe
+    q that is left by; phi = Phi(q, h) + a deviate of the detector, at the actual
+    theta_d. mean(weight f(theta_o, phi)) estimates int evaluate f d omega_o. By
+    strategy:
+
+        lobe_first   h is uniform, w_p in proportion to the channel mean of A_p at the
+                     specular cone, folded where it has passed a pole; q = p;
+                     weight = A_q/w_q. The sampler of d'Eon et al. 2013.
+        lobe_again   q is chosen anew, by P_q = M_q A_q/(sum_r M_r A_r), channel means
+                     of A at the actual theta_d;
+                     weight = M_q A_q/(P_q sum_p w_p M_p).
+        guided       lobe_again, with w_p at the mean inclination of M_p instead of its
+                     cone, and h from a density r(h)/2 that follows the light left in
+                     all lobes; weight as before, over r.
+
+    The variance of the weight, against that of lobe_first, is in figures/variance.
 
     Args:
-        fiber: one fiber; beta_m = 0 and beta_n = 0 are allowed here.
+        fiber: one fiber; beta_m = 0 and beta_n = 0 are allowed here. A beta_m below 64
+            eps is taken as 64 eps, but by lobe_first.
         theta_i: inclination of the given direction in radians, [-pi/2, pi/2]; the
             direction towards the camera in a path tracer.
         u: uniform numbers in [0, 1), shape (..., 5): offset, lobe, two for M, azimuth.
@@ -141,12 +178,13 @@ def sample(
             cells, so 0 and 1 - eps/2 are allowed.
         lobes, rest, detector, incidence: static, as in `evaluate`.
         rule: accepted as in `pdf`; nothing is integrated here.
+        strategy: static, one of the above.
         gradient: static, what derivatives of an estimate differentiate.
-            "reparameterized": positions and weights, with w_p held fixed; right where
-            f is smooth. "detached": positions are held fixed and the weight carries
-            the derivative of log density; right for any f. It needs beta well above
-            the spacing of the angles, eps: at 1e-4 in float32 it is noise.
-        clamp: upper bound of the weights, > 0. With the 2.0 of the paper this estimator
+            "reparameterized": positions and weights, with w_p and P_q held fixed; right
+            where f is smooth. "detached": positions are held fixed and the weight
+            carries the derivative of log density; right for any f. It needs beta well
+            above the spacing of the angles, eps: at 1e-4 in float32 it is noise.
+        clamp: upper bound of the weights, > 0. With the 2.0 of the paper lobe_first
             loses 30 % of the energy at theta_i = 85 deg and 41 % at 89 deg (beta .6,
             alpha 2.5 deg, clear).
 
@@ -161,8 +199,10 @@ def sample(
     there, and clamping the weights is said to lose no energy.
     """
     model = Model(lobes, rest, rule, detector, incidence)
+    choice("strategy", strategy, STRATEGIES)
     choice("gradient", gradient, GRADIENTS)
     last_axis(5, u=u)
     clamp = None if clamp is None else _bound(clamp)
     theta_i, u = floats((theta_i,), (u,))
-    return _sample(model, gradient, cast(fiber, theta_i.dtype), theta_i, u, clamp)
+    fiber = cast(fiber, theta_i.dtype)
+    return _sample(model, strategy, gradient, fiber, theta_i, u, clamp)

@@ -1,37 +1,78 @@
 """The limit of vanishing azimuthal roughness."""
 
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from fiberjax._types import Floats, Reals
-from fiberjax.circular import TURN, wrap
-from fiberjax.crossings import offset_at
+from fiberjax import numerics
+from fiberjax._types import Floats, Reals, floats, lobe_number
+from fiberjax.auto import DEFAULT
+from fiberjax.azimuthal import check_sigma_a, drop_color
+from fiberjax.circular import TURN
 from fiberjax.fiber import Fiber
 from fiberjax.model import Model, longitudinal, prepare
-from fiberjax.path import deflection_slope, eta_prime
-from fiberjax.rules import DEFAULT, Rule
+from fiberjax.path import ray, section
+from fiberjax.roots import Rays, rays
+from fiberjax.rules import Rule
 
 
-def _root(inclination: Floats, fiber: Fiber, half: Floats) -> tuple[Floats, Any]:
-    """gamma of the TT ray that leaves at |phi| = 2 half, and whether there is one.
+def _per_radian(rays: Rays, weight: Floats) -> Floats:
+    """Sum over rays of weight/(2 |dPhi/dh|), with the color axis of the weight."""
+    light = weight * (rays.offset.cos / 2)[..., None]
+    density = numerics.quotient(light, rays.slope[..., None], jnp.inf)
+    return jnp.where(rays.exists[..., None], density, 0).sum(0)
 
-    tan gamma = eta' sin b/(eta' cos b - 1), b = (pi - |phi|)/2.
+
+@partial(jax.jit, static_argnames="p")
+def _N_smooth(p, phi, theta_d, eta, sigma_a):
+    here = section(theta_d, eta, sigma_a)
+    found = rays(p, phi, here)
+    value = _per_radian(found, ray(found.offset, here).A(p))
+    return drop_color(value, sigma_a)
+
+
+def N_smooth(
+    p: int, phi: Reals, theta_d: Reals, *, eta: Reals, sigma_a: Reals | None
+) -> Floats:
+    """Azimuthal scattering function of lobe p of a smooth fiber, per radian.
+
+    N_p(phi) = sum over the `roots` of A(p, h)/(2 |dPhi/dh|), the limit of `N` as
+    beta_n -> 0; evaluated as A cos gamma/(2 |dPhi/dgamma|), h = sin gamma. It is 0
+    where no ray exists. It grows as x^(-1/2) at a distance x from a caustic, on its lit
+    side, and is infinite on it, or as large as the rounding of phi lets it be; a rough
+    fiber has a peak there in proportion to beta_n^(-1/2). TT of eta = 1 is infinite at
+    phi = pi, where all its light goes.
+
+    Args:
+        p: number of internal segments, a static integer >= 0.
+        phi: azimuth phi_o - phi_i in radians, any real.
+        theta_d: difference angle (theta_o - theta_i)/2 in radians, [-pi/2, pi/2].
+        eta: index of refraction, >= 1; broadcasts with the angles.
+        sigma_a: absorption per fiber radius, >= 0, shape () or (C,); None if clear.
+
+    Returns:
+        Density per radian, shape broadcast(angles) + sigma_a.shape, dtype of the
+        angles. Derivatives are those of the function between its caustics and edges,
+        0 where no ray exists, and of no use on a caustic.
+
+    Raises:
+        ValueError: p negative or not static, sigma_a of more than one axis.
+
+    Reference: Marschner et al. 2003.
     """
-    eta_p = eta_prime(inclination, fiber.eta)
-    b = jnp.pi / 2 - half
-    ahead = eta_p * jnp.cos(b) - 1
-    lit = ahead > 0
-    gamma = jnp.atan2(eta_p * jnp.sin(b), jnp.where(lit, ahead, 1))
-    return jnp.where(lit, gamma, 0), lit
+    p = lobe_number("p", p)
+    phi, theta_d, eta, *sigma = floats(
+        (phi, theta_d), (eta,) if sigma_a is None else (eta, sigma_a)
+    )
+    sigma_a = sigma[0] if sigma else None
+    check_sigma_a(sigma_a)
+    return _N_smooth(p, phi, theta_d, eta, sigma_a)
 
 
 @partial(jax.jit, static_argnames="model")
 def _pdf_smooth(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
-    inclination = model.inclination(theta_i, theta_o)
-    half = jnp.abs(wrap(phi)) / 2
+    here = model.section(fiber, theta_i, theta_o)
     total = jnp.zeros((), phi.dtype)
     for k, part in enumerate(model.parts):
 
@@ -39,13 +80,10 @@ def _pdf_smooth(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
             return model.selection(fiber, theta_i, offset)[0][..., k, None]
 
         if part == model.tail:
-            around = model.rule.average(chosen, inclination, fiber.eta)[..., 0] / TURN
+            around = model.rule.average(chosen, here)[..., 0] / TURN
         else:
-            gamma, lit = (half, True) if part == 0 else _root(inclination, fiber, half)
-            offset = offset_at(gamma)
-            slope = jnp.abs(deflection_slope(part, offset, inclination, fiber.eta))
-            density = offset.cos / (2 * jnp.where(lit, slope, 1))
-            around = jnp.where(lit, density * chosen(offset)[..., 0], 0)
+            found = rays(part, phi, here)
+            around = _per_radian(found, chosen(found.offset))[..., 0]
         total = total + longitudinal(model, fiber, part, theta_i, theta_o) * around
     return total
 
@@ -61,7 +99,7 @@ def pdf_smooth(
     rule: Rule = DEFAULT,
     incidence: str = "theta_d",
 ) -> Floats:
-    """The limit of `pdf` as beta_n -> 0, in closed form for R and TT.
+    """The limit of `pdf` of "lobe_first" as beta_n -> 0, in closed form for R and TT.
 
     Each lobe has one root h of Phi(p, h) = phi, and contributes
     M_p w_p(h) |dh/dphi|/2. For beta_n > 0 it is not the density of `sample`. TT has no

@@ -1,0 +1,121 @@
+"""The rule for grids: a cosine series in azimuth where many phi share all else."""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from fiberjax._types import Floats, lobe_number
+from fiberjax.circular import TURN
+from fiberjax.path import deflection
+from fiberjax.rules import (
+    GaussGamma,
+    Rule,
+    graded_offsets,
+    grading,
+    sum_over,
+    whole_shape,
+)
+
+
+def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
+    """sum_k waves[k] coefficients[k], with a trailing color axis and `shape` before.
+
+    An axis that only one of the two has makes this a product of matrices.
+    """
+    letters = "abcdefghij"[: len(shape)]
+
+    def axes(sizes):
+        """Letters of the axes longer than 1, and the array without the others."""
+        padded = (1,) * (len(shape) - len(sizes)) + tuple(sizes)
+        kept = [(c, n) for c, n in zip(letters, padded, strict=True) if n > 1]
+        return "".join(c for c, _ in kept), [n for _, n in kept]
+
+    on_phi, phi_sizes = axes(waves.shape[1:])
+    on_rest, rest_sizes = axes(coefficients.shape[1:-1])
+    found = jnp.einsum(
+        f"z{on_phi},z{on_rest}y->{''.join(sorted({*on_phi, *on_rest}))}y",
+        waves.reshape(-1, *phi_sizes),
+        coefficients.reshape(-1, *rest_sizes, coefficients.shape[-1]),
+        precision=jax.lax.Precision.HIGHEST,
+    )
+    return found.reshape(*shape, coefficients.shape[-1])
+
+
+@dataclass(frozen=True)
+class Series(Rule):
+    """A cosine series in phi, from the nodes of `GaussGamma`.
+
+    N = (c_0 + 2 sum_k D_k c_k cos(k (phi - p pi)))/(2 pi) with c_k = int_0^{pi/2} A
+    cos(gamma) cos(k (Phi - p pi)) dgamma and D_k = exp(-k^2 beta_n^2/2), those of the
+    detector. The c_k are found once for each theta_d, and a value costs one product a
+    term: many phi should share theta_d. The trimmed logistic has a kink that no short
+    series resolves; `GaussGamma` stands in for it.
+
+    Args:
+        order: number of nodes on [0, pi/2], >= 1.
+        terms: number of terms beyond c_0, >= 1; sqrt(2 log(1/tolerance))/beta_n leave
+            out less than the tolerance.
+
+    Raises:
+        ValueError: order or terms is not an integer >= 1.
+    """
+
+    order: int = 64
+    terms: int = 48
+
+    def __post_init__(self):
+        for name in ("order", "terms"):
+            number = lobe_number(name, getattr(self, name), lowest=1)
+            object.__setattr__(self, name, number)
+
+    def average(self, weight, section):
+        return GaussGamma(self.order).average(weight, section)
+
+    def convolve(self, seen, weights, phi, section, detector):
+        if detector.kink:
+            return GaussGamma(self.order).convolve(
+                seen, weights, phi, section, detector
+            )
+        shape = whole_shape(seen, phi, section)
+        k = jnp.arange(self.terms + 1, dtype=phi.dtype)
+        highest = max(lobe.p or 0 for lobe in seen)
+
+        def wave_numbers(x):
+            return k.reshape(-1, *(1,) * jnp.ndim(x))
+
+        def moments(lobe, weight, offset, share):
+            """cos(k (Phi - p pi)) A cos(gamma) for every k along a first axis."""
+            weighted = weight * share[..., None]
+            if lobe.p is None:
+                return jnp.where(wave_numbers(weighted) == 0, weighted, 0)
+            turn = deflection(lobe.p, offset, section)
+            turn = jnp.broadcast_to(turn, weighted.shape[:-1])
+            return jnp.cos(wave_numbers(turn) * turn)[..., None] * weighted
+
+        def term(offset, share):
+            each = zip(seen, weights(offset), strict=True)
+            return [moments(lobe, weight, offset, share) for lobe, weight in each]
+
+        offsets = graded_offsets(grading(section, highest))
+        found = sum_over(term, offsets, self.order, phi.dtype)
+        total = 0.0
+        for lobe, moment in zip(seen, found, strict=True):
+            damp = jnp.ones_like(k)
+            if lobe.p is not None:
+                # The observer's phi - p pi turns the sign of every other term.
+                n = wave_numbers(lobe.beta_n)
+                sign = jnp.where((n * lobe.p) % 2 == 0, 1, -1)
+                damp = sign * jnp.exp(-((n * lobe.beta_n) ** 2) / 2)
+            size = max(jnp.ndim(lobe.factor), moment.ndim - 2, damp.ndim - 1)
+
+            def padded(x, tail=0, size=size):
+                """The wave numbers first, then axes that broadcast."""
+                missing = (1,) * (size + 1 + tail - x.ndim)
+                return x.reshape(x.shape[0], *missing, *x.shape[1:])
+
+            weight = (padded(damp) * lobe.factor)[..., None]
+            total = total + padded(moment, 1) * weight
+        waves = jnp.cos(wave_numbers(phi) * phi)
+        waves = waves * jnp.where(wave_numbers(phi) == 0, 1, 2)
+        return _synthesis(waves, jnp.asarray(total), shape) / TURN

@@ -1,0 +1,155 @@
+"""The rule that chooses: what it promises at every roughness, and what it chooses."""
+
+import math
+from functools import cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import fiberjax as fj
+
+COUNT = 48
+RANGES = ((1e-6, 0.06), (0.06, 0.3), (0.3, 100.0))
+SPARE = (fj.Windowed(120), fj.GaussGamma(400), fj.GaussGamma(300))
+"""For each range, a rule with nodes to spare that is not the one chosen by default."""
+
+
+def draws(p, low, high, seed=0):
+    """phi of shape (COUNT, 40) around what each fiber shows, and its parameters."""
+    rng = np.random.default_rng(seed)
+    near = np.pi / 2 - 10 ** rng.uniform(-8, 0, COUNT)
+    theta_d = np.where(rng.random(COUNT) < 0.2, near, rng.uniform(0, np.pi / 2, COUNT))
+    eta = np.where(
+        rng.random(COUNT) < 0.5,
+        rng.uniform(1.2, 1.8, COUNT),
+        1 + 10 ** rng.uniform(-6, 0.3, COUNT),
+    )
+    sigma_a = np.where(rng.random(COUNT) < 0.2, 0, 10 ** rng.uniform(-3, 3, COUNT))
+    beta_n = np.exp(rng.uniform(math.log(low), math.log(high), COUNT))
+    edge = np.asarray(fj.caustics(p, theta_d, eta=eta).h)[:, None]
+    h = np.concatenate(
+        [
+            np.sin(np.linspace(0, np.pi / 2, 32)) + 0 * edge,
+            edge,
+            rng.random((COUNT, 7)),
+        ],
+        1,
+    )
+    phi = fj.Phi(p, h, fj.eta_prime(theta_d, eta)[:, None])
+    phi = (
+        phi + rng.choice([0, 1], h.shape) * rng.normal(0, 3, h.shape) * beta_n[:, None]
+    )
+    # Numbers that float32 holds too; eta stays above 1.
+    points = (phi, theta_d, np.maximum(eta, 1 + 2.0**-20), sigma_a, beta_n)
+    return [np.asarray(x, np.float32).astype(float) for x in points]
+
+
+@cache
+def compiled(rule, p, detector):
+    def one(x):
+        phi, theta_d, eta, sigma_a, beta_n = x
+        optics = {"eta": eta, "sigma_a": sigma_a, "beta_n": beta_n}
+        return fj.N(p, phi, theta_d, **optics, rule=rule, detector=detector)
+
+    # One fiber at a time: of all rules only the one that is chosen is run.
+    return jax.jit(lambda points: jax.lax.map(one, points))
+
+
+def values(rule, p, points, detector, dtype=jnp.float64):
+    run = compiled(rule, p, detector)
+    return np.asarray(run([jnp.asarray(x, dtype) for x in points]), float)
+
+
+def excess(found, exact, points, p, tolerance, dtype):
+    """Error over what is allowed, at worst."""
+    sigma_a, beta_n = points[3], points[4]
+    eps = float(jnp.finfo(dtype).eps)
+    # The rounding floor of angles and of the exponent of the absorption.
+    floor = 4 * eps * (np.pi / np.minimum(beta_n, 1) + p * sigma_a)
+    allowed = np.maximum(tolerance, floor) * exact.max(1)
+    allowed += 1e-290 if dtype == jnp.float64 else 1e-30
+    return (np.abs(found - exact).max(1) / allowed).max()
+
+
+CASES = [
+    (1, "normal", jnp.float64),
+    (2, "normal", jnp.float64),
+    (2, "normal", jnp.float32),
+]
+MORE = [(p, "normal", jnp.float64) for p in (0, 3, 5)] + [(1, "logistic", jnp.float64)]
+
+
+def check(p, detector, dtype, tolerance, promise):
+    for (low, high), spare in zip(RANGES, SPARE, strict=True):
+        points = draws(p, low, high)
+        exact = values(spare, p, points, detector)
+        found = values(fj.auto(tolerance), p, points, detector, dtype)
+        assert excess(found, exact, points, p, promise, dtype) < 1
+
+
+@pytest.mark.parametrize(("p", "detector", "dtype"), CASES)
+def test_the_default_is_right_at_every_roughness(p, detector, dtype):
+    check(p, detector, dtype, 1e-12, 1e-9 if dtype == jnp.float64 else 1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("p", "detector", "dtype"), MORE)
+def test_so_it_is_for_other_lobes(p, detector, dtype):
+    check(p, detector, dtype, 1e-12, 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9])
+def test_the_tolerance_is_met(tolerance):
+    check(2, "normal", jnp.float64, tolerance, tolerance)
+
+
+def test_grids_of_phi():
+    """Where many phi share theta_d a series takes over; it gives the same."""
+    phi, theta_d = np.linspace(-3, 3, 40)[:, None], np.radians([0, 40, 80])
+    optics: Any = {"eta": 1.55, "sigma_a": jnp.array([0.1, 2.0])}
+    for beta_n in (0.003, 0.05, 0.2, 0.7, 3.0):
+        for p in (1, 2):
+            found = fj.N(p, phi, theta_d, beta_n=beta_n, **optics)
+            each = np.broadcast_to(theta_d, (40, 3))
+            exact = fj.N(p, phi, each, beta_n=beta_n, **optics)
+            assert found.shape == (40, 3, 2)
+            np.testing.assert_allclose(found, exact, atol=2e-12 * float(exact.max()))
+
+
+def test_grids_of_directions():
+    """A grid of theta_o and phi, by series, against the same directions one by one."""
+    fiber = fj.Fiber(beta_n=0.2)
+    theta_o, phi = np.linspace(-1.5, 1.5, 4), np.linspace(-3, 3, 40)[:, None]
+    for f in (fj.evaluate, fj.pdf):
+        found = f(fiber, 0.3, theta_o, phi)
+        exact = f(fiber, 0.3, *np.broadcast_arrays(theta_o, phi))
+        assert found.shape == exact.shape
+        np.testing.assert_allclose(found, exact, atol=2e-12 * float(exact.max()))
+
+
+def test_arrays_of_roughness_mix_rules():
+    """Every element gets its own rule, whatever its neighbors need."""
+    beta_n = np.array([1e-4, 0.05, 0.2, 0.6, 4.0])
+    optics: Any = {"eta": 1.55, "sigma_a": 0.3}
+    together = fj.N(2, 0.2, 0.4, beta_n=beta_n, **optics)
+    for k, b in enumerate(beta_n):
+        alone = fj.N(2, 0.2, 0.4, beta_n=b, **optics)
+        assert together[k] == pytest.approx(float(alone), rel=1e-10)
+
+
+def test_a_static_choice():
+    assert fj.auto(1e-6) == fj.auto(1e-6, 1e-6) != fj.auto(1e-6, 0.25)
+    assert len({fj.auto(1e-6), fj.auto(1e-6), fj.Windowed(), fj.Series()}) == 3
+    for arguments in [(0.0,), (1.0,), (math.nan,), (1e-6, 0.0), (1e-6, 1.0, 0.5)]:
+        with pytest.raises(ValueError, match=r"tolerance|s_min"):
+            fj.auto(*arguments)
+    with pytest.raises(ValueError, match="order = 0"):
+        fj.Windowed(0)
+    with pytest.raises(ValueError, match=r"tolerance = 2\.0"):
+        fj.Windowed(20, 2.0)
+    with pytest.raises(ValueError, match="terms = 0"):
+        fj.Series(20, 0)
