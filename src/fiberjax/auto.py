@@ -163,8 +163,9 @@ def auto(tolerance: float, s_min: float = 1e-6, s_max: float = math.inf) -> Auto
     fiber's parameters are single numbers. Where they are arrays, or fibers are under
     jax.vmap, all that any element needs is run: narrow the range then.
 
-    The error is below tolerance times the peak over phi, or below the rounding floor 4
-    eps pi/beta_n, for theta_d to +-90 deg, eta 1 to 3 and sigma_a 0 to 1e3.
+    The error is below tolerance times the peak over phi, or below the rounding floor
+    eps (4 pi/min(beta_n, 1) + 4 p sigma_a) times it, for theta_d to +-90 deg, eta 1 to
+    3 and sigma_a 0 to 1e3. The second term is the rounding of the exponent of T.
 
     Args:
         tolerance: largest error relative to the peak of the lobe over phi, in (0, 1).
