@@ -127,7 +127,8 @@ def draw_ratios(ax, result, sigma_a):
             here = [result[strategy, beta, sigma_a, t][0] for t in THETA_I]
             ax.plot(THETA_I, here / first, color=color, ls=line)
     ax.axhline(1, color=BLACK, lw=0.8)
-    ax.set(yscale="log", ylim=(1e-3, 20), xlabel=r"inclination $\theta_i$")
+    ax.set(yscale="log", ylim=(1e-3, 20), ylabel="variance / that of lobe_first")
+    ax.set_xlabel(r"inclination $\theta_i$")
     degrees(ax, "x", 0, 90, 15)
 
 
@@ -151,7 +152,7 @@ def draw():
     axes = fig.subplots(2, 2).ravel()
     for ax, letter, sigma_a in zip(axes, "abc", SIGMAS, strict=False):
         draw_ratios(ax, result, sigma_a)
-        title(ax, letter, rf"variance against lobe_first, $\sigma_a$ = {sigma_a:g}")
+        title(ax, letter, rf"weight of a sample, $\sigma_a$ = {sigma_a:g} per radius")
     draw_means(axes[3], result, cost)
     title(axes[3], "d", "geometric means")
     keys = [Line2D([], [], color=color) for color in COLORS]
