@@ -1,211 +1,53 @@
-"""N by rule and order: largest error over azimuth against time per value.
+"""Error against measured time: N by every rule, M in three forms, and the sampler.
 
-A clear fiber of eta 1.55 at four theta_d; errors are relative to the peak of the lobe
-over phi. Truth is GaussGamma(500) in float64, which the tests compare with
-GaussGamma(400) and with scipy's adaptive quadrature.
+(a) N of R, TT and TRT in three channels (eta 1.55, sigma_a .15, .3, .6 per radius, five
+theta_d up to 85 degrees), each value with a phi and a theta_d of its own. Errors are
+the largest, relative to the peak over phi at that theta_d and channel; truth is
+GaussGamma with 300 to 6000 nodes in float64, and what its rounding hides is shaded.
+(b) N of TRT where 2048 phi share each theta_d. (c) M over 16 cones and all theta_o,
+relative to the peak over theta_o: "naive" has csch and I0 as the papers print them,
+"log I0" is the form of renderers. A cross on the upper edge means that not every value
+is a number. (d) The sampler: geometric mean of the variance of the weight over
+absorption and theta_i, by roughness beta, against time per sample; variance times time
+is constant along the slanted lines. The table has this variance in the column of the
+errors, and every lobe and roughness of the grid.
 
-Times are those of one machine and differ from run to run, so the files do too; the
-rules take turns, so that their ratios mean more than the times do. scipy integrates the
-textbook integral over h in plain Python, at its default tolerance and theta_d = 0.
+A front joins the points of one precision, of those with an error below 1, that no other
+beats in both error and time. The exp limit is the error of GaussGamma(n) at the time
+that its exponentials alone take: 2 n for R, n (2 + 3) else, two of the detector at each
+node and one of the absorption in each channel, each at the cost of one in a sum of 64
+that XLA makes one loop. scipy integrates the textbook integral over h in plain Python,
+at its default tolerance; its time is written beside it.
+
+Times are medians on one machine and differ from run to run, so the files do too; the
+calls take turns, so that their ratios mean more than the times do.
 """
 
-import itertools
-import math
-import os
-import statistics
-import time
-from functools import partial
+from shared import m_forms, n_rules, strategies
+from shared.panels import blocks
+from shared.style import Drawing, run
+from shared.timing import Row, medians, table
 
-import jax
-import jax.numpy as jnp
-import numpy as np
-from matplotlib.lines import Line2D
-from scipy.integrate import quad
-from shared.style import (
-    BLACK,
-    BLUE,
-    LOBES,
-    VERMILION,
-    Drawing,
-    Table,
-    figure,
-    progress,
-    run,
-)
-
-import fiberjax
-from fiberjax import GaussGamma, GaussH
-
-TRUTH = GaussGamma(500)
-TEXTBOOK = GaussH(70)
-RULES = {
-    "float64": (
-        *map(GaussH, (10, 20, 35, 70, 140, 280, 1000)),
-        *map(GaussGamma, (8, 12, 16, 24, 35, 48, 64, 96, 192)),
-    ),
-    "float32": (*map(GaussH, (20, 70, 280)), *map(GaussGamma, (8, 12, 24, 48, 96))),
-}
-ROUNDS = 7
-# Numbers that float32 holds, so that one truth serves both precisions.
-ETA = float(np.float32(1.55))
-BETA_N = (0.1, 0.2, 0.5)
-THETA_D = np.radians([0, 30, 60, 75]).astype(np.float32)
-PHI = np.linspace(0, np.pi, 801, dtype=np.float32)[:-1]
-GRID = np.meshgrid(np.array(BETA_N, np.float32), THETA_D, PHI, indexing="ij")
-LOOKS = {
-    ("GaussH", "float64"): {"color": VERMILION, "marker": "o", "ms": 3.5},
-    ("GaussH", "float32"): {"color": VERMILION, "marker": ".", "ms": 3, "ls": ":"},
-    ("GaussGamma", "float64"): {"color": BLUE, "marker": "o", "ms": 3.5},
-    ("GaussGamma", "float32"): {"color": BLUE, "marker": ".", "ms": 3, "ls": ":"},
-    "textbook": {"marker": "o", "ms": 9, "mfc": "none", "mec": BLACK, "ls": ""},
-    ("quad", "float64"): {"marker": "s", "ms": 5, "color": BLACK, "ls": ""},
-}
-NAMES = (
-    "GaussH, 10 to 1000 nodes",
-    "GaussH in float32",
-    "GaussGamma, 8 to 192 nodes",
-    "GaussGamma in float32",
-    "GaussH(70)",
-    "scipy quad in $h$",
-)
-PROBES = PHI[20::80]
-HEADER = (
-    "rule",
-    "order",
-    "dtype",
-    "lobe",
-    "beta_n",
-    "error",
-    "ns_per_value",
-    "device",
-    "jax",
-)
+ROUNDS = 5
 
 
-def grid(dtype):
-    """beta_n, theta_d and phi of every value, each of shape (beta_n, theta_d, phi)."""
-    return [jnp.asarray(x, dtype) for x in GRID]
-
-
-def by_rule(rule, p, beta_n, theta_d, phi):
-    """N_p at every value."""
-    return fiberjax.N(p, phi, theta_d, eta=ETA, sigma_a=None, beta_n=beta_n, rule=rule)
-
-
-def errors(value, truth):
-    """Largest error relative to the peak over phi, for each beta_n."""
-    off = np.abs(np.asarray(value, float) - truth)
-    return (off / truth.max(axis=-1, keepdims=True)).max(axis=(1, 2))
-
-
-def attenuation(p, mu):
-    """A_p of a clear fiber at incident cosine mu."""
-    g = math.sqrt(ETA**2 - 1 + mu * mu)
-    r_s, r_p = (mu - g) / (mu + g), (ETA**2 * mu - g) / (ETA**2 * mu + g)
-    f = (r_s**2 + r_p**2) / 2
-    return f if p == 0 else (1 - f) ** 2 * f ** (p - 1)
-
-
-def integrand(h, p, phi, theta_d, beta_n):
-    """A D(phi - Phi)/2 in plain Python."""
-    cos_d = math.cos(theta_d)
-    eta_p = math.sqrt(ETA**2 - math.sin(theta_d) ** 2) / cos_d
-    turned = 2 * p * math.asin(h / eta_p) - 2 * math.asin(h) + p * math.pi
-    x = math.remainder(phi - turned, 2 * math.pi)
-    images = (x + 2 * math.pi * k for k in (-1, 0, 1))
-    density = sum(math.exp(-0.5 * (y / beta_n) ** 2) for y in images)
-    density /= beta_n * math.sqrt(2 * math.pi)
-    return attenuation(p, cos_d * math.sqrt(1 - h * h)) * density / 2
-
-
-def by_scipy(p, beta_n, truth):
-    """Largest error over the probes at the first theta_d, and seconds per value."""
-    theta_d, scale = float(THETA_D[0]), truth.max()
-    worst, start = 0.0, time.perf_counter()
-    for phi in PROBES:
-        arguments = p, float(phi), theta_d, beta_n
-        # With full_output it keeps its doubts about the end points to itself.
-        value = quad(integrand, -1, 1, args=arguments, full_output=1)[0]
-        worst = max(worst, abs(value - truth[phi == PHI][0]) / scale)
-    return worst, (time.perf_counter() - start) / len(PROBES)
-
-
-def seconds(call):
-    """Duration of one call."""
-    start = time.perf_counter()
-    call().block_until_ready()
-    return time.perf_counter() - start
-
-
-def measure():
-    """Rows of the table, numbers as numbers."""
-    truth, calls, found = {}, {}, {}
-    for p, lobe in enumerate(LOBES):
-        truth[p] = np.asarray(by_rule(TRUTH, p, *grid("float64")))
-        for dtype, rules in RULES.items():
-            for rule in rules:
-                progress(f"{lobe} by {rule}, {dtype}")
-                key = p, rule, dtype
-                calls[key] = partial(by_rule, rule, p, *grid(dtype))
-                found[key] = errors(calls[key](), truth[p])
-    times = {key: [] for key in calls}
-    for turn in range(ROUNDS):
-        progress(f"round {turn + 1} of {ROUNDS}")
-        for key, call in calls.items():
-            times[key].append(seconds(call))
-    rows = []
-    for (p, rule, dtype), error in found.items():
-        name = type(rule).__name__
-        each = statistics.median(times[p, rule, dtype]) / truth[p].size
-        for beta_n, e in zip(BETA_N, error, strict=True):
-            rows.append((name, rule.order, dtype, LOBES[p], beta_n, e, each))
-    for p, k in itertools.product(truth, range(len(BETA_N))):
-        e, each = by_scipy(p, float(np.float32(BETA_N[k])), truth[p][k, 0])
-        rows.append(("quad", "", "float64", LOBES[p], BETA_N[k], e, each))
-    return rows
-
-
-def table(rows):
-    """The rows as text."""
-    where = f"{os.cpu_count()} CPU cores", jax.__version__
-    return Table(
-        HEADER,
-        [
-            (*map(str, row[:5]), f"{row[5]:.12e}", f"{1e9 * row[6]:.4g}", *where)
-            for row in rows
-        ],
-    )
-
-
-def draw_panel(ax, rows):
-    """Error against time of one lobe at one roughness."""
-    points = {}
-    for name, order, dtype, *_, error, each in rows:
-        points.setdefault((name, dtype), []).append((1e6 * each, error))
-        if (name, order, dtype) == ("GaussH", TEXTBOOK.order, "float64"):
-            ax.plot(1e6 * each, error, **LOOKS["textbook"])
-    for key, xy in points.items():
-        ax.plot(*np.transpose(xy), **LOOKS[key])
-    ax.set(xscale="log", yscale="log", xlim=(0.1, 9e3), ylim=(2e-16, 9))
-    ax.set(yticks=10.0 ** np.arange(-16, 1, 4), xticks=10.0 ** np.arange(-1, 4))
-    ax.minorticks_off()
+def measure() -> list[Row]:
+    """Every row of the table."""
+    n, exps, m = n_rules.calls(), n_rules.exp_calls(), m_forms.calls()
+    times = medians({**n, **exps, **m}, ROUNDS)
+    return [
+        *(n_rules.row(key, call, times[key]) for key, call in n.items()),
+        *n_rules.scipy_rows(),
+        *(n_rules.exp_row(dtype, times[dtype]) for dtype in exps),
+        *m_forms.rows(m, times),
+        *strategies.rows(),
+    ]
 
 
 def draw():
-    """A panel for each lobe and roughness."""
+    """Measure, and draw what came out."""
     rows = measure()
-    fig = figure(7.4)
-    axes = fig.subplots(3, 3, sharex=True, sharey=True)
-    for line, lobe in zip(axes, LOBES, strict=True):
-        for ax, beta_n in zip(line, BETA_N, strict=True):
-            draw_panel(ax, [row for row in rows if row[3:5] == (lobe, beta_n)])
-            ax.set_title(rf"$\bf{{{lobe}}}$, $\beta_n$ = {beta_n} rad")
-        line[0].set(ylabel="largest error / peak")
-    for ax in axes[-1]:
-        ax.set(xlabel="time per value, µs")
-    keys = [Line2D([], [], **look) for look in LOOKS.values()]
-    fig.legend(keys, NAMES, loc="outside upper center", ncols=3)
-    return Drawing(fig, "Error of N against time per value", table(rows))
+    return Drawing(blocks(rows), "Error of N, M and samples against time", table(rows))
 
 
 def main(argv=None):

@@ -21,7 +21,6 @@ them; eta is never below the next number after 1, as float32 has it for eta - 1 
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from math import factorial
 from typing import Any, NamedTuple
 
 import jax
@@ -32,6 +31,8 @@ from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator
 from shared import precise
+from shared.inches import place, write
+from shared.naive import textbook_M
 from shared.style import (
     GRAY,
     WIDTH,
@@ -84,26 +85,6 @@ def textbook_N(phi, theta_d, eta, sigma_a, beta_n):
     images = jnp.exp(-((phi - Phi - turns) ** 2) / (2 * beta_n**2))
     D = images.sum(0) / (jnp.sqrt(2 * jnp.pi) * beta_n)
     return (weight * A * D).sum() / 2
-
-
-def textbook_I0(x):
-    """The series of renderers, of ten terms."""
-    return sum((x / 2) ** (2 * k) / factorial(k) ** 2 for k in range(10))
-
-
-def textbook_log_I0(x):
-    """The asymptotic form of renderers beyond 12, with 1/(8x) inside the half."""
-    far = x + (-jnp.log(2 * jnp.pi) + jnp.log(1 / x) + 1 / (8 * x)) / 2
-    return jnp.where(x > 12, far, jnp.log(textbook_I0(x)))
-
-
-def textbook_M(theta_cone, theta_o, v):
-    """M as renderers print it."""
-    a = jnp.cos(theta_cone) * jnp.cos(theta_o) / v
-    b = jnp.sin(theta_cone) * jnp.sin(theta_o) / v
-    narrow = jnp.exp(textbook_log_I0(a) + b - 1 / v + 0.6931 + jnp.log(1 / (2 * v)))
-    broad = jnp.exp(b) * textbook_I0(a) / (jnp.sinh(1 / v) * 2 * v)
-    return jnp.where(v <= 0.1, narrow, broad)
 
 
 def our_N(phi, theta_d, eta, sigma_a, beta_n):
@@ -336,19 +317,6 @@ LEFT, ACROSS, DOWN, GAP = 1.22, 1.18, 0.56, 0.05
 ABOVE, BELOW = 0.5, 0.56
 BLOCK = ABOVE + 4 * (DOWN + GAP) + BELOW
 EDGE = 0.05
-
-
-def place(fig, left, top, width, height):
-    """Axes at a place in inches from the upper left corner."""
-    tall = fig.get_figheight()
-    return fig.add_axes(
-        (left / WIDTH, 1 - (top + height) / tall, width / WIDTH, height / tall)
-    )
-
-
-def write(fig, left, top, text, **style):
-    """Text at a place in inches from the upper left corner."""
-    fig.text(left / WIDTH, 1 - top / fig.get_figheight(), text, **style)
 
 
 def draw_panel(ax, plan, values):

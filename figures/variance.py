@@ -8,12 +8,19 @@ theta_i of its own; they differ from run to run, and so do the files.
 """
 
 import itertools
-import time
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from matplotlib.lines import Line2D
+from shared.strategies import (
+    BETAS,
+    ORDINARY,
+    SIGMAS,
+    STRATEGIES,
+    THETA_I,
+    costs,
+    mean,
+    measure,
+)
 from shared.style import (
     BLACK,
     BLUE,
@@ -24,20 +31,10 @@ from shared.style import (
     Table,
     degrees,
     figure,
-    progress,
     run,
     title,
 )
 
-import fiberjax
-
-STRATEGIES = ("lobe_first", "lobe_again", "guided")
-BETAS = (0.05, 0.2, 0.5, 0.9)
-SIGMAS = (0.0, 0.3, 2.0)
-THETA_I = (0, 15, 30, 45, 60, 75, 78, 80, 82, 85, 87, 89)
-ORDINARY = 75
-ETA, ALPHA = 1.55, np.radians(-2.0)
-COUNT, ROUNDS = 100_000, 9
 COLORS = (BLUE, GREEN, ORANGE, VERMILION)
 LINES = {"lobe_again": ":", "guided": "-"}
 HEADER = (
@@ -51,46 +48,6 @@ HEADER = (
 )
 
 
-def draw_samples(strategy, fiber, theta_i, u):
-    """Samples of one strategy, jitted as a whole."""
-    return fiberjax.sample(fiber, theta_i, u, strategy=strategy)
-
-
-drawn = jax.jit(draw_samples, static_argnums=0)
-
-
-def variances(strategy, beta, sigma_a, theta_i, u):
-    """Variance of the weight, and of the weight times 1 + cos phi cos theta_o."""
-    fiber = fiberjax.Fiber(ETA, beta, beta, ALPHA, sigma_a)
-    s = drawn(strategy, fiber, jnp.radians(theta_i), u)
-    seen = s.weight * (1 + jnp.cos(s.phi) * jnp.cos(s.theta_o))
-    return float(s.weight.var()), float(seen.var())
-
-
-def measure():
-    """Keys are (strategy, beta, sigma_a, theta_i)."""
-    u = jax.random.uniform(jax.random.key(1), (COUNT, 5))
-    result = {}
-    for key in itertools.product(STRATEGIES, BETAS, SIGMAS, map(float, THETA_I)):
-        progress("variance: {}, beta {}, sigma_a {}".format(*key))
-        result[key] = variances(*key, u)
-    return result
-
-
-def costs():
-    """Nanoseconds a sample: the best of some rounds, taken in turn."""
-    u = jax.random.uniform(jax.random.key(2), (COUNT, 5), jnp.float32)
-    theta_i = jnp.linspace(-1.5, 1.5, COUNT, dtype=jnp.float32)
-    fiber = fiberjax.Fiber(ETA, 0.3, 0.3, ALPHA, 0.3)
-    best = dict.fromkeys(STRATEGIES, np.inf)
-    for k, strategy in itertools.product(range(ROUNDS + 1), STRATEGIES):
-        start = time.perf_counter()
-        jax.block_until_ready(drawn(strategy, fiber, theta_i, u))
-        if k:
-            best[strategy] = min(best[strategy], time.perf_counter() - start)
-    return {s: 1e9 * t / COUNT for s, t in best.items()}
-
-
 def ratios(result, strategy, column, beyond):
     """Those to lobe_first at ordinary angles, or beyond them."""
     return [
@@ -98,11 +55,6 @@ def ratios(result, strategy, column, beyond):
         for key in result
         if key[0] == strategy and (key[3] > ORDINARY) == beyond
     ]
-
-
-def mean(values):
-    """The geometric mean."""
-    return float(np.exp(np.mean(np.log(values))))
 
 
 def table(result, cost):

@@ -118,24 +118,3 @@ def test_far_field(function, incidence, dtype):
     assert finite(found)
     assert found.min() >= 0
     assert finite(gradients)
-
-
-def test_random_draws_over_the_whole_domain():
-    """1e5 seeded draws, uniform in the logarithm where a parameter spans decades."""
-    count = 100_000
-    rng = np.random.default_rng(17)
-    points = (
-        rng.uniform(-np.pi, np.pi, count),
-        rng.uniform(-np.pi / 2, np.pi / 2, count),
-        1 + 10 ** rng.uniform(-12, 0.3, count),
-        10 ** rng.uniform(-6, 3, count),
-        10 ** rng.uniform(-6, 2, count),
-    )
-    for p, dtype in itertools.product((0, 1, 2, 3), DTYPES):
-
-        def value(phi, theta_d, eta, s, b, p=p):
-            rule = fj.GaussGamma(8)
-            return fj.N(p, phi, theta_d, eta=eta, sigma_a=s, beta_n=b, rule=rule)
-
-        slope = jax.jit(jax.vmap(jax.value_and_grad(value, range(5))))
-        assert finite(slope(*(jnp.asarray(x, dtype) for x in points)))

@@ -80,14 +80,20 @@ def p_value(observed, expected):
     return stats.chi2.sf(statistic, len(expected) - 1)
 
 
+def fit_of(samples, edges, phi_edges, mass):
+    """p-value of samples in bins of theta_o and phi that have these probabilities."""
+    where = np.asarray(samples.theta_o), np.asarray(samples.phi)
+    observed, _, _ = np.histogram2d(*where, (edges, phi_edges))
+    return p_value(observed.ravel(), mass.ravel() * len(samples.phi))
+
+
 def chi_square(fiber, theta_i, samples, choices):
     edges, phi_edges, mass = bins(fiber, theta_i, choices)
-    observed, _, _ = np.histogram2d(
-        np.asarray(samples.theta_o), np.asarray(samples.phi), (edges, phi_edges)
-    )
-    assert observed.sum() == len(samples.phi)
+    for angles, ends in ((samples.theta_o, edges), (samples.phi, phi_edges)):
+        assert ends[0] <= angles.min()
+        assert angles.max() <= ends[-1]
     assert mass.sum() == pytest.approx(1, abs=3e-5)
-    return p_value(observed.ravel(), mass.ravel() * observed.sum())
+    return fit_of(samples, edges, phi_edges, mass)
 
 
 def make_fiber(beta, sigma_a, alpha=0.0436):
@@ -141,18 +147,11 @@ BROKEN = {
 
 def test_chi_square_rejects_broken_samplers():
     fiber, u = make_fiber(0.3, 0.3), uniforms(7, COUNT)
-    edges, phi_edges, mass = bins(fiber, 0.5, {})
+    expected = bins(fiber, 0.5, {})
     right = fj.sample(fiber, 0.5, u)
-
-    def verdict(samples):
-        observed, _, _ = np.histogram2d(
-            np.asarray(samples.theta_o), np.asarray(samples.phi), (edges, phi_edges)
-        )
-        return p_value(observed.ravel(), mass.ravel() * COUNT)
-
-    assert verdict(right) > FALSE_ALARM
+    assert fit_of(right, *expected) > FALSE_ALARM
     for name, broken in BROKEN.items():
-        assert verdict(broken(right, fiber, u)) < 1e-9, name
+        assert fit_of(broken(right, fiber, u), *expected) < 1e-9, name
 
 
 @pytest.mark.parametrize("incidence", ["theta_d", "theta_i"])
@@ -267,8 +266,7 @@ def test_smooth_limit_of_the_pdf():
     density = fj.pdf_smooth(fiber, 0.7, theta[:, :, None, None], phi)
     mass = np.einsum("rk,rkcl,cl->rc", w * np.cos(theta), density, w_phi)
     assert mass.sum() == pytest.approx(1, abs=1e-4)
-    observed, _, _ = np.histogram2d(s.theta_o, s.phi, (edges, phi_edges))
-    assert p_value(observed.ravel(), mass.ravel() * COUNT) > FALSE_ALARM
+    assert fit_of(s, edges, phi_edges, mass) > FALSE_ALARM
     # All lobes differ in w only: away from the edge of TT the limit is smooth.
     near = fj.Fiber(1.55, 0.3, 1e-2, 0.0436, 0.3)
     for phi in (0.5, 2.2, 3.0):

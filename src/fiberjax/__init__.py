@@ -20,6 +20,7 @@ from fiberjax.fiber import check as check
 from fiberjax.frame import from_angles as from_angles
 from fiberjax.frame import to_angles as to_angles
 from fiberjax.fresnel import reflectance as reflectance
+from fiberjax.graded import GaussGamma as GaussGamma
 from fiberjax.path import A as A
 from fiberjax.path import A_rest as A_rest
 from fiberjax.path import Phi as Phi
@@ -29,7 +30,6 @@ from fiberjax.roots import Caustics as Caustics
 from fiberjax.roots import Roots as Roots
 from fiberjax.roots import caustics as caustics
 from fiberjax.roots import roots as roots
-from fiberjax.rules import GaussGamma as GaussGamma
 from fiberjax.rules import GaussH as GaussH
 from fiberjax.sampling import Sample as Sample
 from fiberjax.sampling import sample as sample

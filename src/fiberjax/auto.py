@@ -1,39 +1,43 @@
 """The rule that chooses: as many nodes as roughness and optics ask for."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import numerics
-from fiberjax.crossings import offset_at
-from fiberjax.rules import (
-    GaussGamma,
-    Rule,
-    Seen,
-    grading,
-    whole_shape,
-)
-from fiberjax.series import Series
+from fiberjax._types import Floats
+from fiberjax.circular import Detector
+from fiberjax.graded import GaussGamma, grading, highest
+from fiberjax.path import Section
+from fiberjax.quadrature import chosen, gauss_legendre_unit
+from fiberjax.rules import Case, Rule, Seen, answer, by_case, whole_shape
+from fiberjax.series import series
 from fiberjax.windows import Windowed, check_tolerance
 
-_SHARED = 8
+_SHARED = 16
 """With this many phi to one theta_d a series takes less time than nodes for each."""
 
-_NARROW = {"nodes": 0.1, "series": 0.02}
-"""Below this roughness windows take less time than either."""
+_MANY = 4.0
+"""With more nodes than this times log(1/tolerance) windows take less time."""
 
-_STEP = 2.8
-"""Between the roughnesses for which there is a number of nodes of its own."""
+_LONG = 0.02
+"""Below this roughness windows take less time than a series."""
 
-_WIDE = 0.2
-"""Up to this roughness windows are right: they must be narrower than half a turn."""
+_WIDE = 0.1
+"""Up to this roughness windows are used: they must be narrower than half a turn."""
 
 _SMALLEST = 1e-6
 """The smallest scale of `grading`."""
+
+_REST = 3
+"""All other lobes together are as smooth in h as this one."""
+
+_STEP = 1.08
+"""Between the orders that can be chosen when running."""
 
 
 def _nodes(bandwidth: Any, delta: Any, eta: Any, p: int, tolerance: float, xp: Any):
@@ -47,9 +51,67 @@ def _nodes(bandwidth: Any, delta: Any, eta: Any, p: int, tolerance: float, xp: A
     stretch = xp.arcsinh(math.pi / 2 / delta)
     speed = xp.sqrt(xp.maximum(1, p / eta - 1))
     length = xp.sqrt(stretch * xp.sqrt(delta * delta + math.pi**2 / 4))
-    narrow = 0.64 * length * speed * bandwidth
-    smooth = 3 + xp.maximum(0.4 * stretch, 0.7) * digits
-    return 1.05 * (narrow**4 + smooth**4) ** 0.25 + 1
+    narrow = 0.62 * length * speed * bandwidth
+    smooth = 3.6 + xp.maximum(0.43 * stretch, 0.43 + 0.13 * p) * digits
+    return (narrow**3 + smooth**3) ** (1 / 3)
+
+
+@dataclass(frozen=True)
+class _Graded(GaussGamma):
+    """`GaussGamma` with as many nodes as it takes, which is known when running."""
+
+    tolerance: float = 1e-12
+    s_min: float = _WIDE
+    s_max: float = math.inf
+
+    def need(
+        self, seen: Sequence[Seen], section: Section, detector: Detector | None
+    ) -> Floats:
+        """The number of nodes that lobes take, element by element."""
+        eta, delta = section.eta, grading(section, highest(seen))
+        needs = [_nodes(0.0, delta, eta, _REST, self.tolerance, jnp)]
+        for lobe in seen:
+            if detector and lobe.p is not None:
+                band = detector.bandwidth(self.tolerance) / lobe.beta_n
+                needs.append(_nodes(band, delta, eta, lobe.p, self.tolerance, jnp))
+        # What is uniform in azimuth, and averages, have no p of their own.
+        lobes = seen and all(lobe.p is not None for lobe in seen)
+        return reduce(jnp.maximum, needs[1:] if lobes else needs)
+
+    def most(
+        self, p: int, detector: Detector | None, s: float, delta: float, eta: float
+    ) -> int:
+        """The number of nodes that one lobe takes."""
+        band = detector.bandwidth(self.tolerance) / s if detector else 0.0
+        return math.ceil(_nodes(band, delta, eta, p, self.tolerance, np))
+
+    def longest(self, p: int, detector: Detector | None) -> int:
+        """The largest number of nodes that is ever used."""
+        every = self.most(p, detector, max(self.s_min, _WIDE), _SMALLEST, 1.0)
+        return every if self.s_min >= _WIDE else max(every, self.many)
+
+    @property
+    def many(self) -> int:
+        """With more nodes than this windows take less time."""
+        return math.ceil(_MANY * math.log(1 / self.tolerance))
+
+    def cases(self, weights, phi, section, detector):
+        def needed(form):
+            return form.serves(self.s_min) or form.serves(self.s_max)
+
+        def forms(tolerance):
+            return list(filter(needed, detector.forms(tolerance)))
+
+        return super().cases(weights, phi, section, detector._replace(forms=forms))
+
+    def nodes(self, seen, section, detector, at_least=0):
+        ladder, longest = [4], max(self.longest(highest(seen), detector), at_least)
+        while ladder[-1] < longest:
+            ladder.append(min(math.ceil(_STEP * ladder[-1]), longest))
+        need = jnp.max(self.need(seen, section, detector))
+        index = sum((need > order).astype(int) for order in ladder[:-1])
+        rules = [gauss_legendre_unit(order) for order in ladder]
+        return chosen(rules, index, section.cos.dtype)
 
 
 @dataclass(frozen=True)
@@ -69,88 +131,58 @@ class Auto(Rule):
             )
 
     def average(self, weight, section):
-        tolerance = self._reachable(section.cos.dtype)
-        worst = _nodes(0.0, _SMALLEST, 1.0, 1, tolerance, np)
-        return GaussGamma(math.ceil(worst)).average(weight, section)
+        return self._graded(section.cos.dtype).average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
-        tolerance = self._reachable(phi.dtype)
-        highest = max(lobe.p or 0 for lobe in seen)
-        rules = self._rules(seen, phi, section, detector, highest, tolerance)
-        orders = [rule.order for rule in rules if not isinstance(rule, Windowed)]
-        delta = grading(section, highest)
-
-        def level(lobe):
-            bandwidth = detector.bandwidth(tolerance) / lobe.beta_n
-            need = _nodes(bandwidth, delta, section.eta, lobe.p, tolerance, jnp)
-            index = sum((need > order).astype(int) for order in orders)
-            return jnp.minimum(index, len(rules) - 1)
-
-        levels: dict[Any, Any] = {
-            lobe.p: level(lobe) for lobe in seen if lobe.p is not None
-        }
-        # What is uniform in azimuth goes with any of the others.
-        levels[None] = next(iter(levels.values()))
-
-        some_weight = jax.eval_shape(weights, offset_at(jnp.zeros((), phi.dtype)))[0]
-        shape = (*whole_shape(seen, phi, section), some_weight.shape[-1])
-
-        def part(index, rule):
-            chosen = [levels[lobe.p] == index for lobe in seen]
-            some = [_only(*each) for each in zip(seen, chosen, strict=True)]
-            anywhere = jnp.any(jnp.stack([jnp.any(c) for c in chosen]))
-            return numerics.computed_if(
-                anywhere,
-                lambda: jnp.broadcast_to(
-                    rule.convolve(some, weights, phi, section, detector), shape
-                ),
-                shape,
-                phi.dtype,
-            )
-
-        parts = [part(*each) for each in enumerate(rules)]
-        return sum(parts[1:], parts[0])
-
-    def _rules(self, seen, phi, section, detector, highest, tolerance) -> list[Any]:
-        """Rules of ascending cost, each right where those before it are not."""
-        full = math.prod(whole_shape(seen, phi, section))
-        each = math.prod(whole_shape(seen, jnp.zeros((), phi.dtype), section))
-        grid = not detector.kink and full >= _SHARED * each
-        narrow = _NARROW["series" if grid else "nodes"]
-        orders = self._orders(highest, detector.bandwidth(tolerance), tolerance, narrow)
-        if grid:
-            # Of all fibers that make do with n nodes none needs more terms than this.
-            rules = [Series(n, math.ceil(n / 0.89)) for n in orders]
+        graded = self._graded(phi.dtype)
+        what = weights, phi, section, detector
+        shared = not detector.kink and _shared(seen, phi, section)
+        if shared:
+            low, many, case = self._series(graded, seen, *what)
+            cases = [case]
         else:
-            rules = [GaussGamma(n, tolerance) for n in orders]
-        if self.s_min >= narrow:
-            return rules
-        return [*rules, Windowed(math.ceil(1.5 * math.log(1 / tolerance)), tolerance)]
+            low, many, cases = 0.0, graded.many, graded.cases(*what)
+        like = answer(seen, weights, phi, section)
+        if self.s_min >= _WIDE:
+            return by_case(seen, cases, like)
+        order = math.ceil(1.3 * math.log(1 / graded.tolerance))
+        windows = Windowed(order, graded.tolerance)
 
-    def _orders(self, highest, bandwidth, tolerance, narrow) -> list[int]:
-        """Orders for hair of roughness s, 2 s, 4 s, ..., and one for all else."""
+        def narrow(lobe):
+            need = graded.need([lobe], section, detector)
+            return (lobe.beta_n < _WIDE) & ((need > many) | (lobe.beta_n < low))
 
-        def need(s, delta, eta):
-            return math.ceil(_nodes(bandwidth / s, delta, eta, highest, tolerance, np))
+        def broad(case):
+            return Case(lambda lobe: ~narrow(lobe) & case.serves(lobe), case.value)
 
-        low = max(self.s_min, narrow)
-        steps = [low * _STEP**k for k in range(2)]
-        hair = [need(s, 1.0, 1.5) for s in steps if s == low or s < self.s_max]
-        others = need(_WIDE if self.s_min < narrow else low, _SMALLEST, 1.0)
-        orders = [n for k, n in enumerate(hair) if k == 0 or n < 0.8 * hair[k - 1]]
-        return sorted({*orders, max(others, hair[0])})
+        in_windows = Case(narrow, lambda some: windows.convolve(some, *what))
+        return by_case(seen, [*map(broad, cases), in_windows], like)
 
-    def _reachable(self, dtype: Any) -> float:
-        """The tolerance, or the precision of the dtype if that is larger."""
-        return max(self.tolerance, float(jnp.finfo(dtype).eps))
+    def _graded(self, dtype: Any) -> _Graded:
+        """The precision of the dtype if that is all the tolerance can be."""
+        tolerance = max(self.tolerance, float(jnp.finfo(dtype).eps))
+        return _Graded(tolerance=tolerance, s_min=self.s_min, s_max=self.s_max)
+
+    def _series(self, graded, seen, weights, phi, section, detector):
+        """Below what roughness, and above what number of nodes, it gives up; a case."""
+        p, low = highest(seen), max(self.s_min, _LONG)
+        many = graded.most(p, detector, low, 1.0, 1.5)
+        band = detector.bandwidth(graded.tolerance)
+
+        def value(some):
+            terms = [jnp.max(band / lobe.beta_n) for lobe in some if lobe.p is not None]
+            nodes = graded.nodes(some, section, detector, many)
+            what = some, weights, phi, section, nodes
+            return series(*what, reduce(jnp.maximum, terms), math.ceil(band / low))
+
+        return low, many, Case(lambda lobe: True, value)
 
 
-def _only(lobe: Seen, chosen: Any) -> Seen:
-    """The lobe where it is chosen; elsewhere nothing of it."""
-    return lobe._replace(
-        factor=jnp.where(chosen, lobe.factor, 0),
-        beta_n=jnp.where(chosen, lobe.beta_n, 0.1),
-    )
+def _shared(seen: Sequence[Seen], phi: Floats, section: Section) -> bool:
+    """Whether many phi share all else."""
+    full = math.prod(whole_shape(seen, phi, section))
+    each = math.prod(whole_shape(seen, jnp.zeros((), phi.dtype), section))
+    return full >= _SHARED * each
 
 
 def auto(tolerance: float, s_min: float = 1e-6, s_max: float = math.inf) -> Auto:

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats
 
 TURN = 2 * 3.141592653589793
@@ -23,7 +22,7 @@ beta, and 1.137 times its deviation."""
 
 def wrap(phi: Floats) -> Floats:
     """The angle of [-pi, pi] that differs from phi by whole turns."""
-    return phi - TURN * jnp.round(phi / TURN)
+    return phi - TURN * jnp.round(phi * (1 / TURN))
 
 
 def wrapped_normal(phi: Reals, beta: Reals) -> Floats:
@@ -96,6 +95,21 @@ def _logistic_quantile(u: Floats, s: Floats) -> Floats:
 
 
 Pair = Callable[[Floats], Floats]
+"""The mean of the densities at x - turn and x + turn, as a function of turn."""
+
+PairOf = Callable[[Floats, Floats], Pair]
+"""That function for an x and a roughness."""
+
+
+def _normal_pair(x: Floats, beta: Floats) -> Pair:
+    """Both sides of a normal of which only the nearest image is seen."""
+    # Products with what does not depend on turn: quotients would take longer.
+    over, peak = math.sqrt(0.5) / beta, 0.5 / (_ROOT_TURN * beta)
+
+    def side(away):
+        return jnp.exp(-((over * wrap(away)) ** 2))
+
+    return lambda turn: peak * (side(x - turn) + side(x + turn))
 
 
 def _normal_image(x: Floats, beta: Floats) -> Floats:
@@ -109,11 +123,10 @@ def _logistic_image(x: Floats, beta: Floats) -> Floats:
     return e / ((1 + e) * (1 + e)) * (mass / s)
 
 
-def _image_pair(image: Callable[[Floats, Floats], Floats]) -> Callable[..., Pair]:
+def _image_pair(image: Callable[[Floats, Floats], Floats]) -> PairOf:
     """Both sides of a density of which only the nearest image is seen."""
 
-    def of(x, beta, tolerance=None):
-        del tolerance
+    def of(x, beta):
         return lambda turn: (
             (image(wrap(x - turn), beta) + image(wrap(x + turn), beta)) / 2
         )
@@ -141,31 +154,32 @@ def _harmonics(x: Floats, beta: Floats, count: int) -> Pair:
     return pair
 
 
-def _normal_pair(x: Floats, beta: Floats, tolerance: float) -> Pair:
+class Form(NamedTuple):
+    """A formula for both sides of a density, and the roughness it serves."""
+
+    serves: Callable[[Floats], Any]
+    pair: PairOf
+
+
+def _normal_forms(tolerance: float) -> list[Form]:
     """One image up to the roughness at which the next is `tolerance`, harmonics above.
 
-    beta is one number as a rule, and then only one of the two forms is run.
+    The two take turns: at the limit both need the fewest terms.
     """
     depth = 2 * math.log(1 / tolerance)
     limit = math.pi / math.sqrt(depth)
-    narrow = beta < limit
-    image = _image_pair(_normal_image)(x, jnp.where(narrow, beta, limit))
-    series = _harmonics(
-        x, jnp.where(narrow, limit, beta), math.ceil(math.sqrt(depth) / limit)
-    )
+    count = math.ceil(math.sqrt(depth) / limit)
+    return [
+        Form(lambda beta: beta < limit, _normal_pair),
+        Form(lambda beta: beta >= limit, partial(_harmonics, count=count)),
+    ]
 
-    def masked(here, form, turn):
-        return jnp.where(here, form(turn), 0)
 
-    def pair(turn):
-        shape: Any = jnp.broadcast_shapes(x.shape, beta.shape, turn.shape)
-        return numerics.computed_if(
-            jnp.any(narrow), partial(masked, narrow, image, turn), shape, x.dtype
-        ) + numerics.computed_if(
-            jnp.any(~narrow), partial(masked, ~narrow, series, turn), shape, x.dtype
-        )
-
-    return pair
+def _logistic_forms(tolerance: float) -> list[Form]:
+    """The trimmed density is its nearest image."""
+    del tolerance
+    every = _image_pair(_logistic_image)
+    return [Form(lambda beta: True, every)]
 
 
 class Detector(NamedTuple):
@@ -174,9 +188,8 @@ class Detector(NamedTuple):
     density(phi, beta_n)           per radian
     quantile(u, beta_n)            not wrapped
     image(x, beta_n)               per radian, not wrapped, for small roughness
-    pair(x, beta_n, tolerance)     the mean of the densities at x - turn and x + turn,
-                                   as a function of turn; error below tolerance of the
-                                   peak
+    forms(tolerance)               formulas for both sides of it, one of which serves
+                                   any roughness; error below tolerance of the peak
     reach(tolerance)               beyond this many beta_n the density is below
                                    tolerance of the peak, wrapping aside
     bandwidth(tolerance)           wave number times beta_n from which on a quadrature
@@ -188,7 +201,7 @@ class Detector(NamedTuple):
     density: Callable[[Floats, Floats], Floats]
     quantile: Callable[[Floats, Floats], Floats]
     image: Callable[[Floats, Floats], Floats]
-    pair: Callable[[Floats, Floats, float], Pair]
+    forms: Callable[[float], list[Form]]
     reach: Callable[[float], float]
     bandwidth: Callable[[float], float]
     effort: Callable[[float], float]
@@ -200,7 +213,7 @@ DETECTORS = {
         wrapped_normal,
         _normal_quantile,
         _normal_image,
-        _normal_pair,
+        _normal_forms,
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
         effort=lambda tolerance: 1.0,
@@ -210,7 +223,7 @@ DETECTORS = {
         lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
         lambda u, beta: _logistic_quantile(u, LOGISTIC_SCALE * beta),
         _logistic_image,
-        _image_pair(_logistic_image),
+        _logistic_forms,
         lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),
         lambda tolerance: math.log(1 / tolerance) / 2,
         # Its poles lie pi scales off the real axis, whatever the window's width.

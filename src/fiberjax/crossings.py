@@ -3,17 +3,17 @@
 The deflection Phi - p pi is an odd function of gamma = asin h. On [0, pi/2] it rises
 from 0 to the caustic and falls from there to its value at grazing; for p <= 1, and
 where eta' >= p, it only falls. Azimuths repeat every turn, so that an observer at
-x = phi - p pi sees the deflections x + 2 pi m of [0, pi/2] and, from the other half,
--x + 2 pi m.
+x = phi - p pi sees the deflections x + 2 pi m.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from fiberjax import numerics
 from fiberjax._types import Floats
+from fiberjax.circular import TURN
 from fiberjax.path import Offset, Section, deflection, deflection_slope
 
 _STEPS = 4
@@ -36,45 +36,35 @@ def caustic(p: int, section: Section) -> Floats:
 
 
 class Piece(NamedTuple):
-    """A piece of [0, pi/2] on which the deflection is monotone.
+    """A range of gamma in [-pi/2, pi/2] on which the deflection is monotone.
 
     `top` and `end` are the angles where it is largest and smallest, `high` and `low`
-    the deflections there. All are constants to the derivatives: what is integrated over
-    all pieces does not depend on where they meet.
+    the deflections there; side is 1 where gamma grows from top to end, -1 otherwise.
+    All are constants to the derivatives: what is integrated over all pieces does not
+    depend on where they meet.
     """
 
     top: Floats
     end: Floats
     high: Floats
     low: Floats
-    rising: bool
+    side: Any
 
 
 def pieces(p: int, section: Section) -> list[Piece]:
-    """The pieces in ascending order of gamma: one for p <= 1, else two."""
+    """The pieces that together with their mirror images cover [-pi/2, pi/2].
+
+    For p <= 1 all of it falls. Otherwise it rises on [-top, top], which is its own
+    mirror image, and falls on [top, pi/2].
+    """
     section = jax.lax.stop_gradient(section)
     top = caustic(p, section)
+    end = jnp.full_like(top, jnp.pi / 2)
+    low = deflection(p, offset_at(end), section)
+    if p < 2:
+        return [Piece(-end, end, -low, low, 1)]
     high = deflection(p, offset_at(top), section)
-    ends = [(jnp.zeros_like(top), True), (jnp.full_like(top, jnp.pi / 2), False)]
-    return [
-        Piece(top, end, high, deflection(p, offset_at(end), section), rising)
-        for end, rising in (ends if p > 1 else ends[1:])
-    ]
-
-
-def images(p: int, x: Floats, piece: Piece) -> list[Floats]:
-    """The deflections of a piece that an observer at x can see, in ascending order.
-
-    Besides those in the range of the piece they are the nearest ones on either side.
-    """
-    x = jnp.abs(x)
-    turn = 2 * jnp.pi
-    pairs = [(turn * m - x, turn * m + x) for m in range(p // 2 + 2)]
-    ascending = [seen for pair in pairs for seen in pair]
-    # At most (p - 1) pi is reached at the caustic, and -pi at grazing.
-    return (
-        ascending[: p + 1] if piece.rising else [x - turn, *ascending[: max(p, 1) + 1]]
-    )
+    return [Piece(top, -top, high, -high, -1), Piece(top, end, high, low, 1)]
 
 
 def _inverse_fixed(p, goal, piece, section) -> Floats:
@@ -93,14 +83,17 @@ def _inverse_fixed(p, goal, piece, section) -> Floats:
         up = 2 * c * sin_half * cos_half
         ahead = section.k / (section.r + c) + 2 * c * sin_half * sin_half
         return b + jnp.atan2(up, ahead)
+    # What rises is odd: the half from 0 to the caustic stands for all of it.
+    rises = jnp.asarray(piece.side) < 0
+    mirror = jnp.where(rises & (goal < 0), -1, 1)
+    low, end = (jnp.where(rises, 0, x) for x in (piece.low, piece.end))
     noise = 8 * p * jnp.finfo(goal.dtype).eps
-    fall = jnp.maximum(piece.high - goal, noise)
-    whole = jnp.maximum(piece.high - piece.low, noise)
-    length = jnp.abs(piece.end - piece.top)
-    side = -1 if piece.rising else 1
+    fall = jnp.maximum(piece.high - mirror * goal, noise)
+    whole = jnp.maximum(piece.high - low, noise)
+    length = jnp.abs(end - piece.top)
 
     def step(_, u):
-        here = offset_at(piece.top + side * u)
+        here = offset_at(piece.top + piece.side * u)
         fallen = jnp.maximum(piece.high - deflection(p, here, section), noise)
         slope = jnp.abs(deflection_slope(p, here, section))
         # (fall/fallen)^(1/power), by a Pade approximant that is exact for power 1.
@@ -110,7 +103,7 @@ def _inverse_fixed(p, goal, piece, section) -> Floats:
         return jnp.minimum(u * grown, length)
 
     u = jax.lax.fori_loop(0, _STEPS, step, length * jnp.sqrt(fall / whole))
-    return piece.top + side * u
+    return mirror * (piece.top + piece.side * u)
 
 
 def inverse(p: int, goal: Floats, piece: Piece, section: Section) -> Floats:
@@ -121,13 +114,13 @@ def inverse(p: int, goal: Floats, piece: Piece, section: Section) -> Floats:
     fixed = jax.lax.stop_gradient(section)
     inside = (goal > piece.low) & (goal < piece.high)
     root = _inverse_fixed(p, jax.lax.stop_gradient(goal), piece, fixed)
-    root = jnp.clip(root, 0, jnp.pi / 2)
+    root = jnp.clip(root, -jnp.pi / 2, jnp.pi / 2)
     here = offset_at(root)
     slope = jnp.abs(deflection_slope(p, here, fixed))
     slope = jnp.maximum(slope, jnp.finfo(slope.dtype).eps ** 0.5)
     # One more Newton step, which carries the derivatives.
     step = (goal - deflection(p, here, section)) / slope
-    found = jnp.clip(root + (step if piece.rising else -step), 0, jnp.pi / 2)
+    found = jnp.clip(root - piece.side * step, -jnp.pi / 2, jnp.pi / 2)
     return jnp.where(inside, found, jnp.where(goal >= piece.high, piece.top, piece.end))
 
 
@@ -143,9 +136,12 @@ def half_turns(p: int, x: Floats, section: Section) -> Floats:
         section: what the light sees.
     """
     found = []
+    # At most (p - 1) pi is reached at the caustic, and -pi at grazing.
+    x = jnp.pi - jnp.abs(x)
+    turns = [TURN * m + sign * x for m in range(p // 2 + 1) for sign in (-1, 1)]
     for piece in pieces(p, section):
         # What lies beyond the range of the piece leads to its ends.
-        seen = images(p, jnp.pi - jnp.abs(x), piece)[1:-1]
-        goals = jnp.stack(seen if piece.rising else seen[::-1])
-        found.append(inverse(p, goals, piece, section))
-    return jnp.concatenate(found)
+        goals = turns[1:p] if piece.side < 0 else turns[max(p, 1) - 1 :: -1]
+        if goals:
+            found.append(inverse(p, jnp.stack(goals), piece, section))
+    return jnp.maximum(jnp.concatenate(found), 0)

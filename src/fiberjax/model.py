@@ -78,7 +78,7 @@ class Model:
 
         The probabilities, stacked on a last axis, are in proportion to the channel mean
         of the attenuations at each part's specular cone, folded where it has passed a
-        pole; they are equal where all attenuations vanish or are not normal numbers.
+        pole; they are equal where no light is left (`shares`).
         """
         spec = []
         for part in self.parts:
@@ -89,14 +89,15 @@ class Model:
 
 
 def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
-    """Each value over their sum, on a last axis, and whether any is a normal number.
+    """Each value over their sum, on a last axis, and whether any light is left.
 
-    All shares are equal where none is.
+    All shares are equal where all values are below the root of the smallest number:
+    the reverse pass divides by them.
     """
     stacked = jnp.stack(jnp.broadcast_arrays(*values), -1)
     # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
     largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
-    alive = largest >= jnp.finfo(stacked.dtype).tiny
+    alive = largest >= float(jnp.finfo(stacked.dtype).tiny) ** 0.5
     share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
     return share / share.sum(-1, keepdims=True), alive[..., 0]
 

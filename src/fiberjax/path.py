@@ -249,6 +249,14 @@ def deflection(p: int, offset: Offset, section: Section) -> Floats:
 
 
 def deflection_slope(p: int, offset: Offset, section: Section) -> Floats:
-    """Derivative of `deflection` in gamma: 2 p cos gamma/(eta' cos gamma_t) - 2."""
+    """Derivative of `deflection` in gamma, 2 (p mu - g)/g.
+
+    Evaluated as 2 ((p^2 - 1) mu^2 - k)/(g (p mu + g)), which keeps its digits where the
+    slope of TT vanishes, as eta -> 1. At mu = g = 0 it is 0.
+    """
+    if p == 0:
+        return jnp.full_like(offset.cos, -2)
     mu, g = _g(offset, section)
-    return 2 * p * numerics.quotient(mu, g, 1.0) - 2
+    over = numerics.quotient(1.0, g, 0.0)
+    both = numerics.quotient(1.0, p * mu + g, 0.0)
+    return 2 * ((p * p - 1) * (mu * over) * (mu * both) - (section.k * over) * both)

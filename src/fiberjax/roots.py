@@ -17,7 +17,7 @@ from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats, lobe_number
 from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, offset_at, pieces
-from fiberjax.path import Offset, Section, deflection, section
+from fiberjax.path import Offset, Section, deflection, deflection_slope, section
 
 Mask: TypeAlias = Bool[Array, "..."]
 
@@ -50,19 +50,6 @@ class Rays(NamedTuple):
     exists: Mask
 
 
-def slope(p: int, offset: Offset, section: Section) -> Floats:
-    """dPhi/dgamma = 2 (p mu - g)/g = 2 ((p^2 - 1) mu^2 - k)/(g (p mu + g)).
-
-    The second form keeps its digits where that of TT vanishes, as eta -> 1.
-    """
-    if p == 0:
-        return jnp.full_like(offset.cos, -2)
-    mu = section.cos * offset.cos
-    g = numerics.sqrt(section.k + mu * mu)
-    both = p * mu + g
-    return 2 * ((p * p - 1) * (mu / g) * (mu / both) - (section.k / g) / both)
-
-
 def _offset_at(gamma: Floats) -> Offset:
     """The offset of angle gamma; pi/2 rounded to float32 is past the pole."""
     offset = offset_at(gamma)
@@ -83,8 +70,9 @@ def _angle(p: int, goal: Floats, section: Section, number: int) -> Floats:
         return gamma
     offset = _offset_at(gamma)
     rest = deflection(p, offset, section) - goal
-    step = numerics.quotient(rest, slope(p, offset, section), 0.0)
-    ends = (piece.end, piece.top) if piece.rising else (piece.top, piece.end)
+    step = numerics.quotient(rest, deflection_slope(p, offset, section), 0.0)
+    # Of what rises only the half from 0 on is asked for.
+    ends = (0, piece.top) if piece.side < 0 else (piece.top, piece.end)
     polished = jnp.clip(gamma - step, *ends)
     inside = (goal > piece.low) & (goal < piece.high)
     return jnp.where(inside, polished, gamma)
@@ -96,7 +84,9 @@ def _angle_jvp(p, number, primals, tangents):
     gamma = _angle(p, goal, here, number)
     offset = _offset_at(gamma)
     _, moved = jax.jvp(lambda s: deflection(p, offset, s), (here,), (dhere,))
-    return gamma, numerics.quotient(dgoal - moved, slope(p, offset, here), 0.0)
+    return gamma, numerics.quotient(
+        dgoal - moved, deflection_slope(p, offset, here), 0.0
+    )
 
 
 def _seen(p: int, x: Floats, piece: Piece) -> tuple[Floats, Floats, Mask]:
@@ -106,11 +96,11 @@ def _seen(p: int, x: Floats, piece: Piece) -> tuple[Floats, Floats, Mask]:
     (p - 1) pi is reached, and -pi. The ends of a piece belong to the one that falls,
     but h = 0 to the one that rises wherever Phi does.
     """
-    k = np.arange(0 if piece.rising else -1, max(p - 1, 0))
+    k = np.arange(0 if piece.side < 0 else -1, max(p - 1, 0))
     k = k.reshape(-1, *[1] * x.ndim)
     sign = jnp.asarray(1 - 2 * (k % 2), x.dtype)
     goal = TURN * jnp.asarray((k + 1) // 2, x.dtype) + sign * x
-    if piece.rising:
+    if piece.side < 0:
         return goal, sign, goal < piece.high
     # Without a caustic the images x and -x of x = 0 are the same ray.
     once = (k < 0) | (piece.high > 0)
@@ -130,7 +120,7 @@ def rays(p: int, phi: Floats, section: Section) -> Rays:
         goal, sign, exists = _seen(p, x, piece)
         gamma = jnp.where(exists, _angle(p, goal, section, number), 0)
         offset = _offset_at(gamma)
-        steep = jnp.where(exists, jnp.abs(slope(p, offset, section)), 1)
+        steep = jnp.where(exists, jnp.abs(deflection_slope(p, offset, section)), 1)
         found.append(Rays(offset, sign * side, steep, exists))
     return jax.tree.map(lambda *parts: jnp.concatenate(parts), *found)
 

@@ -1,4 +1,4 @@
-"""Rules for the integral over the offset h: static, hashable choices.
+"""What a rule for the integral over the offset h is: a static, hashable choice.
 
 A rule answers two questions about a cross-section of a fiber:
 
@@ -22,9 +22,8 @@ import numpy as np
 from fiberjax import numerics
 from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import TURN, Detector, Pair, wrap
-from fiberjax.crossings import half_turns
 from fiberjax.path import Offset, Section, refraction
-from fiberjax.quadrature import gauss_legendre, gauss_legendre_unit, weighted_sum
+from fiberjax.quadrature import Nodes, gauss_legendre, weighted_sum
 
 Weight = Callable[[Offset], Floats]
 
@@ -63,15 +62,84 @@ class Rule(ABC):
         """Sum of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh over what is seen."""
 
 
-def pair(
-    lobe: Seen, phi: Floats, detector: Detector, tolerance: float | None = None
-) -> Pair:
-    """Mean of the density at the azimuths of +h and -h, as a function of Phi - p pi."""
-    if lobe.p is None:
-        return lambda turn: jnp.full_like(turn, 1 / TURN)
-    x = wrap(phi - (lobe.p % 2) * jnp.pi)
-    precision = float(jnp.finfo(x.dtype).eps)
-    return detector.pair(x, lobe.beta_n, max(tolerance or 0.0, precision))
+class Case(NamedTuple):
+    """A way to sum over lobes, and for which of them it serves, element by element."""
+
+    serves: Callable[[Seen], Any]
+    value: Callable[[Sequence[Seen]], Floats]
+
+
+def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
+    """What is seen, each element by the one case that serves it; `like` has its shape.
+
+    A case that serves nobody costs nothing, as long as that is one decision, as it is
+    for roughness that is one number and not under jax.vmap.
+    """
+    if len(cases) == 1:
+        return cases[0].value(seen)
+
+    def part(case):
+        served: dict[Any, Any] = {
+            lobe.p: case.serves(lobe) for lobe in seen if lobe.p is not None
+        }
+        # What is uniform in azimuth goes with any of the others.
+        served[None] = next(iter(served.values()))
+        some = [_only(lobe, served[lobe.p]) for lobe in seen]
+        anywhere = jnp.any(jnp.stack([jnp.any(one) for one in served.values()]))
+
+        def value():
+            return jnp.broadcast_to(case.value(some), like.shape)
+
+        return numerics.computed_if(anywhere, value, like.shape, like.dtype)
+
+    parts = [part(case) for case in cases]
+    return sum(parts[1:], parts[0])
+
+
+def _only(lobe: Seen, served: Any) -> Seen:
+    """The lobe where it is served; elsewhere nothing of it, and easy."""
+    return lobe._replace(
+        factor=jnp.where(served, lobe.factor, 0),
+        beta_n=jnp.where(served, lobe.beta_n, 1),
+    )
+
+
+def lobe_by_lobe(
+    seen: Sequence[Seen],
+    weights: Weights,
+    average: Callable[[Weight], Floats],
+    convolved: Callable[[Seen, Weight], Floats],
+) -> Floats:
+    """What is seen, where every lobe has nodes of its own."""
+    total = 0.0
+    for k, lobe in enumerate(seen):
+
+        def weight(offset, k=k):
+            return weights(offset)[k]
+
+        if lobe.p is None:
+            part = average(weight) * lobe.factor[..., None] / TURN
+        else:
+            part = convolved(lobe, weight)
+        total = total + part
+    return jnp.asarray(total)
+
+
+def whole_shape(seen: Sequence[Seen], phi: Floats, section: Section) -> tuple[int, ...]:
+    """The shape of everything that broadcasts with phi; colors aside."""
+    arrays = [phi, section.r, *(lobe.factor for lobe in seen)]
+    arrays += [lobe.beta_n for lobe in seen if lobe.p is not None]
+    return jnp.broadcast_shapes(*(x.shape for x in arrays))
+
+
+def answer(
+    seen: Sequence[Seen], weights: Weights, phi: Floats, section: Section
+) -> jax.ShapeDtypeStruct:
+    """Shape and dtype of what `Rule.convolve` returns."""
+    number = jnp.zeros((), phi.dtype)
+    some = jax.eval_shape(weights, Offset(number, number, number))[0]
+    shape = (*whole_shape(seen, phi, section), some.shape[-1])
+    return jax.ShapeDtypeStruct(shape, phi.dtype)
 
 
 def scattered(
@@ -83,12 +151,48 @@ def scattered(
     section: Section,
 ) -> Floats:
     """What the lobes send to the observer from one offset, times a share."""
-    gamma_t, total = refraction(offset, section), 0.0
-    for lobe, weight, both in zip(seen, weights(offset), pairs, strict=True):
-        p = lobe.p or 0
-        density = share * (lobe.factor * both(2 * p * gamma_t - 2 * offset.gamma))
+
+    def densities():
+        gamma_t = refraction(offset, section)
+        turns = (2 * (lobe.p or 0) * gamma_t - 2 * offset.gamma for lobe in seen)
+        each = zip(seen, pairs, turns, strict=True)
+        return [share * (lobe.factor * both(turn)) for lobe, both, turn in each]
+
+    seen_from = numerics.stored(densities, section.k.ravel()[0])
+    total = 0.0
+    for density, weight in zip(seen_from, weights(offset), strict=True):
         total = total + weight * density[..., None]
     return jnp.asarray(total)
+
+
+def by_form(
+    weights: Weights,
+    phi: Floats,
+    section: Section,
+    detector: Detector,
+    tolerance: float | None,
+    total: Callable[[Sequence[Seen], Callable[[Offset, Floats], Floats]], Floats],
+) -> list[Case]:
+    """A case for every form of the detector; `total` sums a term over nodes."""
+    precision = max(tolerance or 0.0, float(jnp.finfo(phi.dtype).eps))
+
+    def case(form):
+        def pair(lobe):
+            if lobe.p is None:
+                return lambda turn: jnp.full_like(turn, 1 / TURN)
+            return form.pair(wrap(phi - (lobe.p % 2) * jnp.pi), lobe.beta_n)
+
+        def value(seen):
+            pairs = [pair(lobe) for lobe in seen]
+
+            def term(offset, share):
+                return scattered(seen, weights, pairs, offset, share, section)
+
+            return total(seen, term)
+
+        return Case(lambda lobe: form.serves(lobe.beta_n), value)
+
+    return [case(form) for form in detector.forms(precision)]
 
 
 @dataclass(frozen=True)
@@ -121,161 +225,22 @@ class GaussH(Rule):
         return weighted_sum(term, self._half(), section.cos.dtype)
 
     def convolve(self, seen, weights, phi, section, detector):
-        pairs = [pair(lobe, phi, detector) for lobe in seen]
+        def total(_, term):
+            return weighted_sum(
+                lambda h, w: term(self._offset(h), w), self._half(), phi.dtype
+            )
 
-        def term(h, w):
-            return scattered(seen, weights, pairs, self._offset(h), w, section)
+        cases = by_form(weights, phi, section, detector, None, total)
+        return by_case(seen, cases, answer(seen, weights, phi, section))
 
-        return weighted_sum(term, self._half(), phi.dtype)
-
-    def _half(self) -> tuple[np.ndarray, np.ndarray]:
+    def _half(self) -> Nodes:
         """The non-negative half of the rule, with half weight at h = 0."""
         x, w = gauss_legendre(self.order)
         half = self.order // 2
-        return x[half:], np.where(x == 0, w / 2, w)[half:]
+        return Nodes(x[half:], np.where(x == 0, w / 2, w)[half:])
 
     def _offset(self, h: Floats) -> Offset:
         return Offset(jnp.arcsin(h), h, jnp.sqrt((1 - h) * (1 + h)))
-
-
-@dataclass(frozen=True)
-class GaussGamma(Rule):
-    """Gauss-Legendre in gamma over half the range, graded towards grazing.
-
-    h = sin gamma removes the infinite slope of Phi at |h| = 1, and
-    pi/2 - gamma = delta sinh z resolves the fast change of the Fresnel terms and of the
-    absorption there (`grading`): convergence is geometric once the spacing of the nodes
-    is below the roughness. Where the density has a kink the range is split there, and
-    the rule is applied to each of the parts: 2 for R and TT, 4 for TRT.
-
-    Args:
-        order: number of nodes on [0, pi/2], or on each part of it, >= 1.
-        tolerance: error allowed in the density, relative to its peak; None for that of
-            the dtype.
-
-    Raises:
-        ValueError: order is not an integer >= 1.
-    """
-
-    order: int = 64
-    tolerance: float | None = None
-
-    def __post_init__(self):
-        order = lobe_number("order", self.order, lowest=1)
-        object.__setattr__(self, "order", order)
-
-    def average(self, weight, section):
-        def term(offset, share):
-            return weight(offset) * share[..., None]
-
-        return sum_over(
-            term, graded_offsets(grading(section, 1)), self.order, section.cos.dtype
-        )
-
-    def convolve(self, seen, weights, phi, section, detector):
-        if detector.kink:
-            return self._in_parts(seen, weights, phi, section, detector)
-        pairs = [pair(lobe, phi, detector, self.tolerance) for lobe in seen]
-        highest = max(lobe.p or 0 for lobe in seen)
-
-        def term(offset, share):
-            return scattered(seen, weights, pairs, offset, share, section)
-
-        return sum_over(
-            term, graded_offsets(grading(section, highest)), self.order, phi.dtype
-        )
-
-    def _in_parts(self, seen, weights, phi, section, detector):
-        """Lobe by lobe, in parts that end where the slope of the density jumps."""
-        total = 0.0
-        for k, lobe in enumerate(seen):
-
-            def weight(offset, k=k):
-                return weights(offset)[k]
-
-            if lobe.p is None:
-                whole = self.average(weight, section) * lobe.factor[..., None] / TURN
-            else:
-                whole = self._split(lobe, weight, phi, section, detector)
-            total = total + whole
-        return jnp.asarray(total)
-
-    def _split(self, lobe, weight, phi, section, detector):
-        phi = jnp.broadcast_to(phi, whole_shape([lobe], phi, section))
-        x = wrap(phi - (lobe.p % 2) * jnp.pi)
-        breaks = half_turns(lobe.p, x, section)
-        end = jnp.full((1, *phi.shape), jnp.pi / 2, phi.dtype)
-        edges = jnp.concatenate([0 * end, breaks, end])
-        both = pair(lobe, phi, detector)
-
-        def term(offset, share):
-            one = ([lobe], lambda offset: [weight(offset)], [both])
-            return scattered(*one, offset, share, section)
-
-        offsets = graded_offsets(grading(section, lobe.p), edges[:-1], edges[1:])
-        return sum_over(term, offsets, self.order, phi.dtype).sum(0)
-
-
-def sum_over(
-    term: Callable[[Offset, Floats], Any],
-    offsets: Callable[[Floats], tuple[Offset, Floats]],
-    order: int,
-    dtype: Any,
-) -> Any:
-    """Sum of term(offset, dh) over the nodes of a map from [0, 1] to offsets."""
-
-    def at(t, w):
-        offset, slope = offsets(t)
-        return term(offset, w * slope)
-
-    return weighted_sum(at, gauss_legendre_unit(order), dtype)
-
-
-def whole_shape(seen: Sequence[Seen], phi: Floats, section: Section) -> tuple[int, ...]:
-    """The shape of everything that broadcasts with phi; colors aside."""
-    arrays = [phi, section.r, *(lobe.factor for lobe in seen)]
-    arrays += [lobe.beta_n for lobe in seen if lobe.p is not None]
-    return jnp.broadcast_shapes(*(x.shape for x in arrays))
-
-
-def grading(section: Section, p: int) -> Floats:
-    """The distance from grazing over which the weights of lobe p change there.
-
-    The Fresnel terms change over sqrt(eta^2 - 1)/cos theta_d, which is taken at theta_d
-    = 0, so that one set of nodes serves all directions; p segments absorb a factor e
-    more over a distance x with sqrt(k + x^2) - sqrt(k) = (k + 1)/(2 eta p sigma_a), k =
-    eta^2 - 1. Where nodes lie is no function of the parameters: the integral does not
-    depend on it. Closer to eta = 1 than the lower bound there is too little light in
-    the region to matter.
-    """
-    scale = jnp.sqrt(section.k)
-    if section.sigma_a is not None:
-        depth = jnp.maximum(2 * section.eta * p * jnp.max(section.sigma_a), 1e-6)
-        layer = (section.k + 1) / depth
-        scale = jnp.minimum(scale, jnp.sqrt(layer * (2 * scale + layer)))
-    return jax.lax.stop_gradient(jnp.maximum(scale, 1e-6))
-
-
-def graded_offsets(
-    delta: Floats, low: Floats | float = 0.0, high: Floats | float = np.pi / 2
-) -> Callable[[Floats], tuple[Offset, Floats]]:
-    """A map from t in [0, 1] to an offset and dh/dt, graded towards grazing.
-
-    The distance from grazing is x = pi/2 - gamma = delta sinh z with z linear in t;
-    gamma goes from low to high, element by element.
-    """
-    start = jnp.arcsinh((jnp.pi / 2 - low) / delta)
-    span = start - jnp.arcsinh((jnp.pi / 2 - high) / delta)
-
-    def graded(t):
-        grown = jnp.exp(start - span * t)
-        shrunk = 1 / grown
-        x = delta / 2 * (grown - shrunk)
-        cos, sin = numerics.sin_cos(x)
-        slope = span * (delta / 2) * (grown + shrunk) * cos
-        return Offset(jnp.pi / 2 - x, sin, cos), slope
-
-    return graded
 
 
 def check_rule(rule: Any) -> None:

@@ -1,21 +1,22 @@
 """The rule for grids: a cosine series in azimuth where many phi share all else."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import TURN
-from fiberjax.path import deflection
-from fiberjax.rules import (
-    GaussGamma,
-    Rule,
-    graded_offsets,
-    grading,
-    sum_over,
-    whole_shape,
-)
+from fiberjax.graded import GaussGamma, graded_offsets, grading, highest, sum_over
+from fiberjax.path import Section, deflection
+from fiberjax.quadrature import Nodes, gauss_legendre_unit
+from fiberjax.rules import Rule, Seen, Weights, answer
+
+_BLOCK = 32
+"""Wave numbers at a time: those that are not needed are left out by blocks."""
 
 
 def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
@@ -74,37 +75,52 @@ class Series(Rule):
 
     def convolve(self, seen, weights, phi, section, detector):
         if detector.kink:
-            return GaussGamma(self.order).convolve(
-                seen, weights, phi, section, detector
-            )
-        shape = whole_shape(seen, phi, section)
-        k = jnp.arange(self.terms + 1, dtype=phi.dtype)
-        highest = max(lobe.p or 0 for lobe in seen)
+            nodes = GaussGamma(self.order)
+            return nodes.convolve(seen, weights, phi, section, detector)
+        terms = self.terms
+        nodes = gauss_legendre_unit(self.order)
+        return series(seen, weights, phi, section, nodes, terms, terms)
 
-        def wave_numbers(x):
-            return k.reshape(-1, *(1,) * jnp.ndim(x))
 
-        def moments(lobe, weight, offset, share):
-            """cos(k (Phi - p pi)) A cos(gamma) for every k along a first axis."""
-            weighted = weight * share[..., None]
-            if lobe.p is None:
-                return jnp.where(wave_numbers(weighted) == 0, weighted, 0)
-            turn = deflection(lobe.p, offset, section)
-            turn = jnp.broadcast_to(turn, weighted.shape[:-1])
-            return jnp.cos(wave_numbers(turn) * turn)[..., None] * weighted
+def series(
+    seen: Sequence[Seen],
+    weights: Weights,
+    phi: Floats,
+    section: Section,
+    nodes: Nodes,
+    terms: Any,
+    most: int,
+) -> Floats:
+    """The series of `Series` up to `terms`, a number <= most known when running."""
+    like = answer(seen, weights, phi, section)
+    offsets = graded_offsets(grading(section, highest(seen)))
+
+    def wave_numbers(k, x):
+        return k.reshape(-1, *(1,) * jnp.ndim(x))
+
+    def moments(k, lobe, weight, offset, share):
+        """cos(k (Phi - p pi)) A cos(gamma) for every k along a first axis."""
+        weighted = weight * share[..., None]
+        if lobe.p is None:
+            return jnp.where(wave_numbers(k, weighted) == 0, weighted, 0)
+        turn = deflection(lobe.p, offset, section)
+        turn = jnp.broadcast_to(turn, weighted.shape[:-1])
+        return jnp.cos(wave_numbers(k, turn) * turn)[..., None] * weighted
+
+    def some_waves(k):
+        """The part of the sum with these wave numbers."""
 
         def term(offset, share):
             each = zip(seen, weights(offset), strict=True)
-            return [moments(lobe, weight, offset, share) for lobe, weight in each]
+            return [moments(k, lobe, weight, offset, share) for lobe, weight in each]
 
-        offsets = graded_offsets(grading(section, highest))
-        found = sum_over(term, offsets, self.order, phi.dtype)
+        found = sum_over(term, offsets, nodes, phi.dtype)
         total = 0.0
         for lobe, moment in zip(seen, found, strict=True):
             damp = jnp.ones_like(k)
             if lobe.p is not None:
                 # The observer's phi - p pi turns the sign of every other term.
-                n = wave_numbers(lobe.beta_n)
+                n = wave_numbers(k, lobe.beta_n)
                 sign = jnp.where((n * lobe.p) % 2 == 0, 1, -1)
                 damp = sign * jnp.exp(-((n * lobe.beta_n) ** 2) / 2)
             size = max(jnp.ndim(lobe.factor), moment.ndim - 2, damp.ndim - 1)
@@ -116,6 +132,16 @@ class Series(Rule):
 
             weight = (padded(damp) * lobe.factor)[..., None]
             total = total + padded(moment, 1) * weight
-        waves = jnp.cos(wave_numbers(phi) * phi)
-        waves = waves * jnp.where(wave_numbers(phi) == 0, 1, 2)
-        return _synthesis(waves, jnp.asarray(total), shape) / TURN
+        n = wave_numbers(k, phi)
+        waves = jnp.cos(n * phi) * jnp.where(n == 0, 1, jnp.where(n > terms, 0, 2))
+        return _synthesis(waves, jnp.asarray(total), like.shape[:-1]) / TURN
+
+    @partial(jax.checkpoint, prevent_cse=False)
+    def step(total, k):
+        return jax.lax.cond(
+            k[0] <= terms, lambda: total + some_waves(k), lambda: total
+        ), None
+
+    blocks = jnp.arange(most + 1 + -(most + 1) % _BLOCK, dtype=phi.dtype)
+    start = jnp.zeros(like.shape, like.dtype)
+    return jax.lax.scan(step, start, blocks.reshape(-1, _BLOCK))[0]

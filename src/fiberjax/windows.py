@@ -6,60 +6,49 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from fiberjax._types import Floats, lobe_number
+from fiberjax._types import lobe_number
 from fiberjax.circular import TURN, wrap
-from fiberjax.crossings import Piece, images, inverse, pieces
+from fiberjax.crossings import Piece, inverse, pieces
+from fiberjax.graded import GaussGamma, grading, offsets_between, sum_over
 from fiberjax.path import deflection
-from fiberjax.rules import (
-    GaussGamma,
-    Rule,
-    graded_offsets,
-    grading,
-    sum_over,
-    whole_shape,
-)
+from fiberjax.quadrature import chosen, gauss_legendre_unit, stretched_unit
+from fiberjax.rules import Rule, answer, lobe_by_lobe
 
 _SMOOTH = GaussGamma(64)
 """For what does not depend on azimuth."""
 
-_CALM = 0.3
+_CALM = 0.6
 """With a grading wider than this, grazing asks for no nodes of its own."""
 
 
-def _distance(target: Floats, piece: Piece) -> Floats:
-    """How far a deflection lies outside the range of the piece."""
-    return jnp.maximum(jnp.maximum(target - piece.high, piece.low - target), 0)
+def _targets(p: int) -> list[tuple[int, float, int]]:
+    """(sign, shift, number of a piece): its deflections sign x + shift may be seen.
 
-
-def _nearest(p: int, x: Floats, piece: Piece) -> list[Floats]:
-    """The images that can matter: as many in a row as a range of (p - 1) pi shows."""
-    seen = images(p, x, piece)
-    count = max(2, p + p % 2)
-    best = seen[:count]
-    off = sum(_distance(target, piece) for target in best)
-    for k in range(1, len(seen) - count + 1):
-        these = seen[k : k + count]
-        further = sum(_distance(target, piece) for target in these)
-        better = further < off
-        best = [jnp.where(better, a, b) for a, b in zip(these, best, strict=True)]
-        off = jnp.where(better, further, off)
-    return best
+    Those that lie in the range of the piece for some x in [0, pi], some eta and some
+    theta_d, and the nearest ones on either side of it.
+    """
+    if p < 2:
+        return [(1, -TURN, 0), (1, 0.0, 0)]
+    rising = [(1, TURN * m, 0) for m in range(-(p // 2), (p + 1) // 2)]
+    turns = [(sign, TURN * m, 1) for m in range(p // 2 + 1) for sign in (-1, 1)]
+    return [*rising, (1, -TURN, 1), *turns[: p + 1]]
 
 
 @dataclass(frozen=True)
 class Windowed(Rule):
     """Gauss-Legendre over windows around the rays that leave near the observer.
 
-    [0, pi/2] is split where Phi turns back. For each image of the observer's azimuth
-    that a piece can show, the window is where |Phi - image| <= sqrt(d^2 + w^2), d the
-    distance of the image from the range of Phi and w = reach * beta_n. Edges and nodes
-    move with the parameters, by the implicit function theorem, which keeps derivatives
-    as accurate as values however small beta_n is. As beta_n -> 0 the result tends to
-    `N_smooth`.
+    [-pi/2, pi/2] is split where Phi turns back. For each image of the observer's
+    azimuth that a piece can show, the window is where |Phi - image| <= sqrt(d^2 + w^2),
+    d the distance of the image from the range of Phi and w = reach * beta_n; images so
+    far away that the density is below tolerance^4 of its peak are skipped. Edges and
+    nodes move with the parameters, by the implicit function theorem, which keeps
+    derivatives as accurate as values however small beta_n is. As beta_n -> 0 the result
+    tends to `N_smooth`.
 
     Args:
-        order: number of nodes of a window of TRT, >= 1; R and TT take 0.8 of it, twice
-            that where the optics change fast at grazing, the logistic more.
+        order: number of nodes of a window of TRT, >= 1; R and TT take 0.8 of it, more
+            where the optics change fast at grazing, and the logistic more.
         tolerance: of the peak of the detector, what it may be outside; in (0, 1).
 
     Raises:
@@ -78,57 +67,65 @@ class Windowed(Rule):
         return _SMOOTH.average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
-        total = 0.0
-        for k, lobe in enumerate(seen):
+        def average(weight):
+            return self.average(weight, section)
 
-            def weight(offset, k=k):
-                return weights(offset)[k]
+        def in_windows(lobe, weight):
+            return self._lobe(lobe, weight, phi, section, detector)
 
-            if lobe.p is None:
-                whole = _SMOOTH.average(weight, section)
-                whole = whole * lobe.factor[..., None] / TURN
-            else:
-                whole = self._lobe(lobe, weight, phi, section, detector)
-            total = total + whole
-        return jnp.asarray(total)
+        return lobe_by_lobe(seen, weights, average, in_windows)
 
     def _lobe(self, lobe, weight, phi, section, detector):
         p = lobe.p
-        phi = jnp.broadcast_to(phi, whole_shape([lobe], phi, section))
-        x = jnp.abs(wrap(phi - (p % 2) * jnp.pi))
+        like = answer([lobe], lambda offset: [weight(offset)], phi, section)
+        x = jnp.abs(wrap(jnp.broadcast_to(phi, like.shape[:-1]) - (p % 2) * jnp.pi))
         reach = detector.reach(self.tolerance) * lobe.beta_n
-        targets, lows, highs = [], [], []
-        for piece in pieces(p, section):
-            target = jnp.stack(_nearest(p, x, piece))
-            off = _distance(target, piece)
-            half = jnp.sqrt(off * off + reach * reach)
-            if not piece.rising:
-                half = -half
-            goals = jnp.stack([target - half, target + half])
-            low, high = inverse(p, goals, piece, section)
-            targets.append(target)
-            lows.append(low)
-            highs.append(high)
-        target, low, high = map(jnp.concatenate, (targets, lows, highs))
-
-        def term(offset, share):
-            away = target - deflection(p, offset, section)
-            share = share * lobe.factor * detector.image(away, lobe.beta_n) / 2
-            return weight(offset) * share[..., None]
-
+        sight = detector.reach(self.tolerance**4) * lobe.beta_n
         delta = grading(section, p)
-        offsets = graded_offsets(delta, low, high)
+        nodes = self._nodes(p, delta, detector, phi.dtype)
+        every = Piece(*map(jnp.stack, zip(*pieces(p, section), strict=True)))
+
+        def window(target, off, piece):
+            """The integral over what one image shows of one piece."""
+            half = piece.side * jnp.sqrt(off * off + reach * reach)
+            goals = jnp.stack([target + half, target - half])
+            edges = inverse(p, goals, piece, section)
+            factor = jnp.where(off < sight, lobe.factor, 0)
+
+            def term(offset, share):
+                away = target - deflection(p, offset, section)
+                share = share * factor * detector.image(away, lobe.beta_n) / 2
+                return weight(offset) * share[..., None]
+
+            return sum_over(term, offsets_between(delta, *edges), nodes, phi.dtype)
+
+        def step(total, image):
+            sign, shift, number = image
+            piece = Piece(*(field[number] for field in every))
+            target = sign * x + shift
+            off = jnp.maximum(jnp.maximum(target - piece.high, piece.low - target), 0)
+
+            def more():
+                return total + window(target, off, piece)
+
+            return jax.lax.cond(jnp.any(off < sight), more, lambda: total), None
+
+        signs, shifts, numbers = zip(*_targets(p), strict=True)
+        images = (
+            *(jnp.array(x, phi.dtype) for x in (signs, shifts)),
+            jnp.array(numbers),
+        )
+        return jax.lax.scan(step, jnp.zeros(like.shape, like.dtype), images)[0]
+
+    def _nodes(self, p, delta, detector, dtype):
+        """The nodes of a window of lobe p."""
         effort = detector.effort(self.tolerance) * (1 if p > 1 else 0.8)
         order = math.ceil(self.order * effort)
-
-        def by(order):
-            return lambda: sum_over(term, offsets, order, phi.dtype).sum(0)
-
-        if p > 1:
-            return by(order)()
-        # A window of R or TT may reach over all that changes at grazing.
-        calm = jnp.all(delta > _CALM)
-        return jax.lax.cond(calm, by(order), by(2 * order + 8))
+        # A window may reach over all that changes at grazing, those of R and TT over
+        # both ends.
+        many = (2 if p > 1 else 5) * order + 8
+        rules = stretched_unit(order, self.tolerance), gauss_legendre_unit(many)
+        return chosen(rules, jnp.any(delta <= _CALM).astype(int), dtype)
 
 
 def check_tolerance(tolerance) -> None:

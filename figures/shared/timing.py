@@ -1,0 +1,76 @@
+"""Times of calls that take turns, and rows of a table that holds them."""
+
+import os
+import statistics
+import time
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+from shared.style import Table, progress
+
+Key = TypeVar("Key", bound=Hashable)
+
+HEADER = (
+    "quantity",
+    "form",
+    "setting",
+    "dtype",
+    "case",
+    "width",
+    "error",
+    "ns_per_value",
+    "device",
+    "jax",
+)
+
+
+class Row(NamedTuple):
+    """One point: what is computed, how, where, its error and seconds per value."""
+
+    quantity: str
+    form: str
+    setting: str
+    dtype: str
+    case: str
+    width: float
+    error: float
+    seconds: float
+
+
+def seconds(call: Callable[[], Any]) -> float:
+    """Duration of one call."""
+    start = time.perf_counter()
+    jax.block_until_ready(call())
+    return time.perf_counter() - start
+
+
+def medians(calls: Mapping[Key, Callable[[], Any]], rounds: int) -> dict[Key, float]:
+    """Median seconds of each call, which has run before.
+
+    In every round each is called once: what slows the machine for a while slows all.
+    """
+    times = {key: [] for key in calls}
+    for k in range(rounds):
+        progress(f"times, round {k + 1} of {rounds}")
+        for key, call in calls.items():
+            times[key].append(seconds(call))
+    return {key: statistics.median(found) for key, found in times.items()}
+
+
+def table(rows: list[Row]) -> Table:
+    """The rows as text, with the machine and JAX's version."""
+    where = f"{os.cpu_count()} CPU cores", jax.__version__
+    return Table(
+        HEADER,
+        [
+            (
+                *row[:5],
+                f"{row.width:g}",
+                f"{row.error:.6e}",
+                f"{1e9 * row.seconds:.4g}",
+                *where,
+            )
+            for row in rows
+        ],
+    )
