@@ -3,6 +3,8 @@
 import csv
 import json
 import re
+import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,8 @@ import reference
 from mpmath import mp
 
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "figures"))
+advice = import_module("shared.advice").advice
 TEXT = (ROOT / "README.md").read_text()
 
 
@@ -18,6 +22,12 @@ def test_the_example_asserts_its_own_accuracy():
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.S)
     assert code.count("assert") >= 2
     exec(compile(code, "README.md", "exec"), {})
+
+
+def test_the_table_of_rules():
+    """It is the one that the script's numbers give."""
+    with (ROOT / "figures" / "error_vs_time.csv").open(newline="") as file:
+        assert advice(csv.DictReader(file)) in TEXT
 
 
 def test_the_truth_of_the_example():
