@@ -8,9 +8,10 @@ quotient of differences, 1 - F as a difference, D as a sum of images; its M is t
 renderers, with csch and log I0. Derivatives are by automatic differentiation, in every
 argument. Truth is extended precision.
 
-An error of N is relative to the larger of two peaks over phi, of the quantity and of N;
-the worst of three azimuths is shown: one beta_n (at most 1 rad) past Phi of h = 0.3, of
-the caustic and of grazing. A rounded Phi alone makes errors of about 4 pi eps/beta_n.
+An error of N is relative to its peak over phi, that of a derivative to the larger of
+its own peak and of N's over min(beta_n, 1), the size of a derivative in phi; the worst
+of three azimuths is shown: one beta_n (at most 1 rad) past Phi of h = 0.3, of the
+caustic and of grazing. A rounded Phi alone makes errors of about 4 pi eps/beta_n.
 Errors of M, two deviations (at most 75 degrees) off the cone, are relative to what
 rounding is in proportion to: 1 + |E|/2 times the modulus, E the exponent, and for
 derivatives also M times the sum of the moduli of the terms. Numbers below 1e-290, in
@@ -120,12 +121,15 @@ class Equation(NamedTuple):
 
 
 def exact_N(x):
-    """N, and the larger of its peak and that of each derivative."""
+    """N and its derivatives, and what their errors are relative to."""
     points = precise.Points(*x.astype(precise.WIDE))
     # The peak does not depend on the azimuth.
     fibers, which = np.unique(x[1:], axis=1, return_inverse=True)
     peaks = precise.N_peaks(P, precise.Points(fibers[0], *fibers))[:, which]
-    return precise.N(P, points), np.maximum(peaks, peaks[0])
+    steep = peaks[0] / np.minimum(points.beta_n, 1)
+    return precise.N(P, points), np.concatenate(
+        [peaks[:1], np.maximum(peaks[1:], steep)]
+    )
 
 
 def exact_M(x):

@@ -173,7 +173,9 @@ class Auto(Rule):
             terms = [jnp.max(band / lobe.beta_n) for lobe in some if lobe.p is not None]
             nodes = graded.nodes(some, section, detector, many)
             what = some, weights, phi, section, nodes
-            return series(*what, reduce(jnp.maximum, terms), math.ceil(band / low))
+            # One more: the first that is left out counts twice.
+            last, most = reduce(jnp.maximum, terms) + 1, math.ceil(band / low) + 1
+            return series(*what, last, most)
 
         return low, many, Case(lambda lobe: True, value)
 
