@@ -312,7 +312,11 @@ def test_error_vs_time_runs(tmp_path):
         # Rounding may differ between machines; it grows as the roughness falls.
         noise = 100 * float(np.finfo(row["dtype"]).eps) / min(1, float(row["width"]))
         errors = [float(one["error"]) for one in (row, before)]
-        assert errors[0] == pytest.approx(errors[1], 1e-3, noise, nan_ok=True)
+        if row["form"] == "auto":
+            # Rounding may turn to the next number of nodes: what holds is the promise.
+            assert max(errors) < float(row["setting"]) + noise
+        else:
+            assert errors[0] == pytest.approx(errors[1], 1e-3, noise, nan_ok=True)
 
 
 def cross(a, b):
