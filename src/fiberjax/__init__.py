@@ -30,7 +30,6 @@ from fiberjax.roots import Caustics as Caustics
 from fiberjax.roots import Roots as Roots
 from fiberjax.roots import caustics as caustics
 from fiberjax.roots import roots as roots
-from fiberjax.rules import GaussH as GaussH
 from fiberjax.sampling import Sample as Sample
 from fiberjax.sampling import sample as sample
 from fiberjax.series import Series as Series
@@ -38,4 +37,5 @@ from fiberjax.smooth import N_smooth as N_smooth
 from fiberjax.smooth import pdf_smooth as pdf_smooth
 from fiberjax.spherical import M as M
 from fiberjax.spherical import sample_M as sample_M
+from fiberjax.textbook import GaussH as GaussH
 from fiberjax.windows import Windowed as Windowed

@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fiberjax._types import Floats
-from fiberjax.circular import Detector
+from fiberjax.detectors import Detector
 from fiberjax.graded import GaussGamma, grading, highest
-from fiberjax.path import Section
 from fiberjax.quadrature import chosen, gauss_legendre_unit
 from fiberjax.rules import Case, Rule, Seen, answer, by_case, whole_shape
+from fiberjax.section import Section
 from fiberjax.series import series
 from fiberjax.windows import Windowed, check_tolerance
 

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 
 from fiberjax._types import Floats, Reals, choice, floats, lobe_number
 from fiberjax.auto import DEFAULT
-from fiberjax.circular import DETECTORS
-from fiberjax.path import ray, section
+from fiberjax.detectors import DETECTORS
 from fiberjax.rules import Rule, Seen, check_rule
+from fiberjax.section import ray, section
 
 
 def check_sigma_a(sigma_a: Floats | None) -> None:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from fiberjax import numerics
 from fiberjax._types import Floats
 from fiberjax.circular import TURN
-from fiberjax.path import Offset, Section, deflection, deflection_slope
+from fiberjax.section import Offset, Section, deflection, deflection_slope
 
 _STEPS = 4
 

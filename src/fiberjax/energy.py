@@ -10,9 +10,9 @@ from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
 from fiberjax.fiber import Fiber, cone, fold
 from fiberjax.model import Model, longitudinal, prepare
-from fiberjax.path import ray
 from fiberjax.quadrature import gauss_legendre_unit, weighted_sum
 from fiberjax.rules import Rule
+from fiberjax.section import ray
 
 _REACH = 9.0
 """Half-width of the range of theta_o in units of beta: exp(-_REACH^2/2) is 3e-18."""

@@ -25,11 +25,11 @@ import jax
 from fiberjax._types import Floats, Reals, choice, lobe_number
 from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
-from fiberjax.circular import DETECTORS
+from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber
 from fiberjax.model import Model, longitudinal, prepare
-from fiberjax.path import ray
 from fiberjax.rules import Rule, Seen
+from fiberjax.section import colorless, ray
 from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES, direction_weights
 
 
@@ -78,7 +78,7 @@ def _pdf(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
 
     def weights(offset):
         probability, _ = model.selection(fiber, theta_i, offset)
-        return [probability[..., k, None] for k in range(len(model.parts))]
+        return [colorless(probability[..., k]) for k in range(len(model.parts))]
 
     return _scattered(model, fiber, weights, section, theta_i, theta_o, phi)[..., 0]
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import jax
@@ -10,9 +11,9 @@ import numpy as np
 
 from fiberjax import numerics
 from fiberjax._types import Floats, lobe_number
-from fiberjax.circular import Detector, wrap
+from fiberjax.circular import wrap
 from fiberjax.crossings import half_turns
-from fiberjax.path import Offset, Section
+from fiberjax.detectors import Detector
 from fiberjax.quadrature import Nodes, gauss_legendre_unit, weighted_sum
 from fiberjax.rules import (
     Case,
@@ -25,6 +26,7 @@ from fiberjax.rules import (
     lobe_by_lobe,
     whole_shape,
 )
+from fiberjax.section import Offset, Section, stacked
 
 
 def sum_over(
@@ -140,10 +142,11 @@ class GaussGamma(Rule):
 
     def average(self, weight, section):
         def term(offset, share):
-            return weight(offset) * share[..., None]
+            return weight(offset).times(share)
 
         offsets, dtype = graded_offsets(grading(section, 1)), section.cos.dtype
-        return sum_over(term, offsets, self.nodes([], section, None), dtype)
+        nodes = self.nodes([], section, None)
+        return stacked(sum_over(term, offsets, nodes, dtype))
 
     def convolve(self, seen, weights, phi, section, detector):
         cases = self.cases(weights, phi, section, detector)
@@ -192,7 +195,8 @@ class GaussGamma(Rule):
         nodes = self.nodes([lobe], section, detector)
 
         def total(_, term):
-            return sum_over(term, offsets, nodes, phi.dtype).sum(0)
+            parts = sum_over(term, offsets, nodes, phi.dtype)
+            return [reduce(jnp.add, one) for one in parts]
 
         def weights(offset):
             return [weight(offset)]

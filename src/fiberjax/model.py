@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
-from fiberjax.circular import DETECTORS
+from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, LobeShape, cast, cone, fold, lobe_shape, rest_shape
-from fiberjax.path import Offset, Ray, Section, ray, section
 from fiberjax.rules import Rule, check_rule
+from fiberjax.section import Light, Offset, Ray, Section, ray, section
 from fiberjax.spherical import M
 
 INCIDENCES = ("theta_d", "theta_i")
@@ -67,8 +67,8 @@ class Model:
         )
         return section(inclination, fiber.eta, fiber.sigma_a)
 
-    def attenuation(self, part: int, one: Ray) -> Floats:
-        """A_p of a ray, or its sum over the rest, with a trailing color axis."""
+    def attenuation(self, part: int, one: Ray) -> Light:
+        """A_p of a ray, or its sum over the rest."""
         return one.A_rest(part) if part == self.tail else one.A(part)
 
     def selection(
@@ -84,7 +84,7 @@ class Model:
         for part in self.parts:
             cone_p = fold(cone(theta_i, self.shape(fiber, part)))
             one = ray(offset, self.section(fiber, theta_i, cone_p))
-            spec.append(self.attenuation(part, one).mean(-1))
+            spec.append(self.attenuation(part, one).mean())
         return shares(spec)
 
 

@@ -5,7 +5,7 @@ before the singular operation, so that no NaN enters a gradient.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from math import factorial
 from typing import Any
 
@@ -33,22 +33,43 @@ def computed_if(
     condition: Array, value: Callable[[], Floats], shape: tuple[int, ...], dtype: Any
 ) -> Floats:
     """The value if the condition holds; 0 of its shape, and no work, if not."""
-    return jax.lax.cond(condition, value, lambda: jnp.zeros(shape, dtype))
+    again = jax.checkpoint(value, prevent_cse=False)
+    return jax.lax.cond(condition, again, lambda: jnp.zeros(shape, dtype))
 
 
 def stored(value: Callable[[], Any], anything: Floats) -> Any:
     """The value, as a branch that is always taken.
 
     XLA fuses what is cheap with each of its users and computes it for each anew, for
-    every color here; a branch it does not look into. `anything` is a number that is
-    known only when running and lies above -2.
+    every color here; a branch it does not look into. `anything` has numbers that are
+    known only when running and lie above -2. Derivatives are those of the value with
+    no branch around it: the reverse pass would keep all that is inside.
     """
-    like = jax.eval_shape(value)
+    converted, inputs = jax.closure_convert(value)
+    return _stored(converted, anything.ravel()[0], *inputs)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _stored(value, anything, *inputs):
+    like = jax.eval_shape(value, *inputs)
 
     def never():
         return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), like)
 
-    return jax.lax.cond(anything < -2, never, value)
+    return jax.lax.cond(anything < -2, never, lambda: value(*inputs))
+
+
+@_stored.defjvp
+def _stored_jvp(value, primals, tangents):
+    return jax.jvp(value, primals[1:], tangents[1:])
+
+
+def clenshaw(coefficients: Sequence[Any], x: Floats) -> tuple[Floats, Floats]:
+    """(b, b') with b = sum_n c_n U_(n-1)(x) and x b - b' = sum_n c_n T_n(x), n >= 1."""
+    b = after = jnp.zeros_like(x)
+    for c in coefficients[::-1]:
+        b, after = c + 2 * x * b - after, b
+    return b, after
 
 
 def power_series(coefficients: Sequence[float], y: Floats) -> Floats:
@@ -129,7 +150,8 @@ def acute_angle(y: Floats, x: Floats, r: Floats) -> Floats:
 def _acute_angle_jvp(primals, tangents):
     y, x, r = primals
     dy, dx, _ = tangents
-    return acute_angle(y, x, r), (x / r) * (dy / r) - (y / r) * (dx / r)
+    over = 1 / r
+    return acute_angle(y, x, r), over * ((over * x) * dy - (over * y) * dx)
 
 
 _TERMS = range(14)  # 1/(14!)^2 and 4^14/29! are below 1e-20
@@ -179,10 +201,8 @@ def _complement_series(w: Floats) -> Floats:
     s = 4 * w - 1
     eps = float(jnp.finfo(w.dtype).eps)
     coefficients = [c for c in _complement_coefficients() if abs(c) > eps / 8]
-    b, b_next = jnp.zeros_like(s), jnp.zeros_like(s)
-    for c in coefficients[:0:-1]:
-        b, b_next = c + 2 * s * b - b_next, b
-    return coefficients[0] + s * b - b_next
+    b, after = clenshaw(coefficients[1:], s)
+    return coefficients[0] + s * b - after
 
 
 @jax.custom_jvp

@@ -4,13 +4,10 @@ Lobe p is the number of internal segments: 0 R, 1 TT, 2 TRT, 3 TRRT. The ray ent
 the signed offset h = sin(gamma_i) in [-1, 1], in units of the fiber's radius.
 """
 
-from typing import NamedTuple
-
 import jax.numpy as jnp
 
 from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats, lobe_number
-from fiberjax.fresnel import Interface, interface
 
 
 def eta_prime(theta_d: Reals, eta: Reals) -> Floats:
@@ -155,108 +152,9 @@ def A_rest(
     F, T = floats((F, T))
     passed = 1 - F if transmitted is None else jnp.asarray(transmitted, F.dtype)
     lost = 1 - T if absorbed is None else jnp.asarray(absorbed, F.dtype)
-    share = numerics.quotient(passed, passed + F * lost, otherwise=1.0)
-    return passed * share * F ** (p - 1) * T**p
+    return passed * F ** (p - 1) * (escaping(F, passed, lost) * T**p)
 
 
-class Offset(NamedTuple):
-    """An offset h = sin gamma in (-1, 1), as the angle and both its functions.
-
-    Carrying the cosine keeps grazing rays accurate.
-    """
-
-    gamma: Floats
-    sin: Floats
-    cos: Floats
-
-
-class Section(NamedTuple):
-    """The cross-section of a fiber that light of one inclination sees.
-
-    cos is |cos theta_d|, k is eta^2 - 1 and r = sqrt(k + cos^2) is eta' cos.
-    """
-
-    cos: Floats
-    eta: Floats
-    k: Floats
-    r: Floats
-    sigma_a: Floats | None
-
-
-def section(theta_d: Floats, eta: Floats, sigma_a: Floats | None = None) -> Section:
-    """The section at an inclination, with sigma_a of shape () or (C,), or None."""
-    cos, k = jnp.abs(jnp.cos(theta_d)), (eta - 1) * (eta + 1)
-    return Section(cos, eta, k, jnp.sqrt(k + cos * cos), sigma_a)
-
-
-class Ray(NamedTuple):
-    """Attenuation of a ray: the surface, and one segment of the inside.
-
-    All carry a trailing color axis, of length 1 where there is no color. `absorbed` is
-    1 - T from its own formula; it and T are None for a clear fiber.
-    """
-
-    surface: Interface
-    T: Floats | None
-    absorbed: Floats | None
-
-    def A(self, p: int) -> Floats:
-        """A_p of this ray."""
-        F, passed, _ = self.surface
-        return A(p, F, 1.0 if self.T is None else self.T, passed)
-
-    def A_rest(self, p: int) -> Floats:
-        """Sum of A_q of this ray over q >= p."""
-        F, passed, _ = self.surface
-        if self.T is None:
-            # (1 - F)^2/(1 - F T) is 1 - F.
-            return passed * F ** (p - 1)
-        return A_rest(p, F, self.T, passed, self.absorbed)
-
-
-def ray(offset: Offset, section: Section) -> Ray:
-    """The ray that enters at `offset`."""
-    bare = interface(section.cos * offset.cos, section.eta)
-    surface = Interface(*(x[..., None] for x in bare))
-    if section.sigma_a is None:
-        return Ray(surface, None, None)
-    # 2 cos gamma_t/cos theta_t, with the part that does not depend on the offset apart.
-    length = 2 * section.eta / (section.k + section.cos * section.cos)
-    depth = jnp.atleast_1d(section.sigma_a) * (bare.g * length)[..., None]
-    return Ray(surface, jnp.exp(-depth), -jnp.expm1(-depth))
-
-
-def _g(offset: Offset, section: Section) -> tuple[Floats, Floats]:
-    """Cosine of incidence mu, and g = sqrt(eta^2 - 1 + mu^2)."""
-    mu = section.cos * offset.cos
-    return mu, numerics.sqrt(section.k + mu * mu)
-
-
-def refraction(offset: Offset, section: Section) -> Floats:
-    """gamma_t = asin(h/eta') = atan2(|cos theta_d| sin gamma, g).
-
-    eta' is never formed, so theta_d = 90 deg and eta = 1 need no care.
-    """
-    _, g = _g(offset, section)
-    return numerics.acute_angle(section.cos * offset.sin, g, section.r)
-
-
-def deflection(p: int, offset: Offset, section: Section) -> Floats:
-    """Phi - p pi = 2 p gamma_t - 2 gamma_i, an odd function of the offset."""
-    if p == 0:
-        return -2 * offset.gamma
-    return 2 * p * refraction(offset, section) - 2 * offset.gamma
-
-
-def deflection_slope(p: int, offset: Offset, section: Section) -> Floats:
-    """Derivative of `deflection` in gamma, 2 (p mu - g)/g.
-
-    Evaluated as 2 ((p^2 - 1) mu^2 - k)/(g (p mu + g)), which keeps its digits where the
-    slope of TT vanishes, as eta -> 1. At mu = g = 0 it is 0.
-    """
-    if p == 0:
-        return jnp.full_like(offset.cos, -2)
-    mu, g = _g(offset, section)
-    over = numerics.quotient(1.0, g, 0.0)
-    both = numerics.quotient(1.0, p * mu + g, 0.0)
-    return 2 * ((p * p - 1) * (mu * over) * (mu * both) - (section.k * over) * both)
+def escaping(F: Floats, passed: Floats, absorbed: Floats) -> Floats:
+    """(1 - F)/(1 - F T), for 1 - F and 1 - T; 1 at F = T = 1."""
+    return numerics.quotient(passed, passed + F * absorbed, otherwise=1.0)

@@ -74,7 +74,8 @@ def stretched_unit(order: int, tolerance: float) -> Nodes:
     return Nodes((1 + at) / 2, w * a / np.sqrt(1 - (a * x) ** 2) / stretch / 2)
 
 
-_BLOCK = 16
+_BLOCK = 4
+"""Nodes that are computed together where their count is known only when running."""
 
 
 def chosen(rules: Sequence[Nodes], index: Any, dtype: Any) -> Nodes:
@@ -111,24 +112,23 @@ def weighted_sum(f: Callable[[Floats, Floats], Any], rule: Nodes, dtype: Any) ->
 
     if rule.count is None:
         return jax.lax.scan(add, zeros, (nodes, weights))[0]
-    # Reverse mode adds up zeros for all that is skipped: few and large steps.
-    spare = -len(nodes) % _BLOCK
-    blocks = [jnp.pad(x, (0, spare)).reshape(-1, _BLOCK) for x in (nodes, weights)]
-    counts = jnp.arange(len(nodes) + spare).reshape(-1, _BLOCK)
 
-    @again
-    def maybe(total, node):
-        k, *node = node
-        return jax.lax.cond(
-            k < rule.count, lambda: add(total, node)[0], lambda: total
-        ), None
+    def some(step):
+        """Several steps, left out where the first node is beyond the count."""
 
-    @again
-    def block(total, some):
-        return jax.lax.cond(
-            some[0][0] < rule.count,
-            lambda: jax.lax.scan(maybe, total, some)[0],
-            lambda: total,
-        ), None
+        @again
+        def steps(total, nodes):
+            return jax.lax.cond(
+                nodes[1].ravel()[0] > 0,
+                lambda: jax.lax.scan(step, total, nodes)[0],
+                lambda: total,
+            ), None
 
-    return jax.lax.scan(block, zeros, (counts, *blocks))[0]
+        return steps
+
+    # Reverse mode adds up zeros for all that is left out: few and large steps.
+    spare = 0, -len(nodes) % _BLOCK**2
+    nodes, weights = jnp.pad(nodes, spare, mode="edge"), jnp.pad(weights, spare)
+    weights = jnp.where(jnp.arange(len(weights)) < rule.count, weights, 0)
+    blocks = tuple(x.reshape(-1, _BLOCK, _BLOCK) for x in (nodes, weights))
+    return jax.lax.scan(some(some(add)), zeros, blocks)[0]

@@ -17,7 +17,7 @@ from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats, lobe_number
 from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, offset_at, pieces
-from fiberjax.path import Offset, Section, deflection, deflection_slope, section
+from fiberjax.section import Offset, Section, deflection, deflection_slope, section
 
 Mask: TypeAlias = Bool[Array, "..."]
 

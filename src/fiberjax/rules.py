@@ -5,27 +5,26 @@ A rule answers two questions about a cross-section of a fiber:
     average     1/2 int_{-1}^{1} weight(h) dh
     convolve    sum over lobes of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh
 
-A weight maps an `Offset` to an array with a trailing color axis, which the answer has
-too, and is even in h. D is a `Detector`, even and of period 2 pi. Phi - p pi is odd in
+A weight maps an `Offset` to `Light` and is even in h; answers have a trailing color
+axis. D is a `Detector`, even and of period 2 pi. Phi - p pi is odd in
 h, so half the range serves, with D seen from both sides at each offset.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import reduce
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from fiberjax import numerics
-from fiberjax._types import Floats, lobe_number
-from fiberjax.circular import TURN, Detector, Pair, wrap
-from fiberjax.path import Offset, Section, refraction
-from fiberjax.quadrature import Nodes, gauss_legendre, weighted_sum
+from fiberjax._types import Floats
+from fiberjax.circular import TURN, wrap
+from fiberjax.detectors import Detector, Pair
+from fiberjax.section import Light, Offset, Section, refraction, stacked
 
-Weight = Callable[[Offset], Floats]
+Weight = Callable[[Offset], Light]
 
 
 class Seen(NamedTuple):
@@ -39,7 +38,7 @@ class Seen(NamedTuple):
     factor: Floats
 
 
-Weights = Callable[[Offset], Sequence[Floats]]
+Weights = Callable[[Offset], Sequence[Light]]
 """The weights of everything that is seen, in the same order."""
 
 
@@ -77,6 +76,10 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
     """
     if len(cases) == 1:
         return cases[0].value(seen)
+
+    # Every case reads the factors: none is to compute them anew.
+    factors = numerics.stored(lambda: [lobe.factor for lobe in seen], seen[0].beta_n)
+    seen = [x._replace(factor=f) for x, f in zip(seen, factors, strict=True)]
 
     def part(case):
         served: dict[Any, Any] = {
@@ -138,7 +141,7 @@ def answer(
     """Shape and dtype of what `Rule.convolve` returns."""
     number = jnp.zeros((), phi.dtype)
     some = jax.eval_shape(weights, Offset(number, number, number))[0]
-    shape = (*whole_shape(seen, phi, section), some.shape[-1])
+    shape = (*whole_shape(seen, phi, section), len(some.colors))
     return jax.ShapeDtypeStruct(shape, phi.dtype)
 
 
@@ -149,20 +152,27 @@ def scattered(
     offset: Offset,
     share: Floats,
     section: Section,
-) -> Floats:
-    """What the lobes send to the observer from one offset, times a share."""
+) -> tuple[Floats, ...]:
+    """What the lobes send to the observer from one offset, times a share, by color."""
 
-    def densities():
+    def common():
+        """All that does not depend on color."""
         gamma_t = refraction(offset, section)
         turns = (2 * (lobe.p or 0) * gamma_t - 2 * offset.gamma for lobe in seen)
-        each = zip(seen, pairs, turns, strict=True)
-        return [share * (lobe.factor * both(turn)) for lobe, both, turn in each]
+        each = zip(seen, pairs, turns, weights(offset), strict=True)
+        return [
+            (share * light.common) * (lobe.factor * both(turn))
+            for lobe, both, turn, light in each
+        ]
 
-    seen_from = numerics.stored(densities, section.k.ravel()[0])
-    total = 0.0
-    for density, weight in zip(seen_from, weights(offset), strict=True):
-        total = total + weight * density[..., None]
-    return jnp.asarray(total)
+    sent = numerics.stored(common, section.k)
+    each = zip(sent, weights(offset), strict=True)
+    lights = [light._replace(common=one).times(1) for one, light in each]
+    return tuple(reduce(jnp.add, colors) for colors in zip(*lights, strict=True))
+
+
+Term = Callable[[Offset, Floats], tuple[Floats, ...]]
+"""What one offset adds to each color, times a share."""
 
 
 def by_form(
@@ -171,7 +181,7 @@ def by_form(
     section: Section,
     detector: Detector,
     tolerance: float | None,
-    total: Callable[[Sequence[Seen], Callable[[Offset, Floats], Floats]], Floats],
+    total: Callable[[Sequence[Seen], Term], Sequence[Floats]],
 ) -> list[Case]:
     """A case for every form of the detector; `total` sums a term over nodes."""
     precision = max(tolerance or 0.0, float(jnp.finfo(phi.dtype).eps))
@@ -188,59 +198,11 @@ def by_form(
             def term(offset, share):
                 return scattered(seen, weights, pairs, offset, share, section)
 
-            return total(seen, term)
+            return stacked(total(seen, term))
 
         return Case(lambda lobe: form.serves(lobe.beta_n), value)
 
     return [case(form) for form in detector.forms(precision)]
-
-
-@dataclass(frozen=True)
-class GaussH(Rule):
-    """Gauss-Legendre in h over [-1, 1]: the textbook rule, kept as the baseline.
-
-    Phi has infinite slope at |h| = 1, so that the error falls slowly with the order: at
-    70 nodes it is 1e-3 of the peak for R at roughness 0.2, and below about 0.02 there
-    is no correct digit.
-
-    Args:
-        order: number of nodes on [-1, 1], >= 1; 70 in the papers.
-
-    Raises:
-        ValueError: order is not an integer >= 1.
-
-    Reference: d'Eon et al. 2011 and 2013, eq. 4.
-    """
-
-    order: int = 70
-
-    def __post_init__(self):
-        order = lobe_number("order", self.order, lowest=1)
-        object.__setattr__(self, "order", order)
-
-    def average(self, weight, section):
-        def term(h, w):
-            return w * weight(self._offset(h))
-
-        return weighted_sum(term, self._half(), section.cos.dtype)
-
-    def convolve(self, seen, weights, phi, section, detector):
-        def total(_, term):
-            return weighted_sum(
-                lambda h, w: term(self._offset(h), w), self._half(), phi.dtype
-            )
-
-        cases = by_form(weights, phi, section, detector, None, total)
-        return by_case(seen, cases, answer(seen, weights, phi, section))
-
-    def _half(self) -> Nodes:
-        """The non-negative half of the rule, with half weight at h = 0."""
-        x, w = gauss_legendre(self.order)
-        half = self.order // 2
-        return Nodes(x[half:], np.where(x == 0, w / 2, w)[half:])
-
-    def _offset(self, h: Floats) -> Offset:
-        return Offset(jnp.arcsin(h), h, jnp.sqrt((1 - h) * (1 + h)))
 
 
 def check_rule(rule: Any) -> None:

@@ -10,11 +10,12 @@ from jaxtyping import Array, Int
 from fiberjax._types import Floats, Reals, choice, floats, last_axis
 from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
-from fiberjax.circular import DETECTORS, TURN, wrap
+from fiberjax.circular import TURN, wrap
+from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, cast, cone
 from fiberjax.model import Model
-from fiberjax.path import ray, refraction
 from fiberjax.rules import Rule
+from fiberjax.section import ray, refraction
 from fiberjax.selection import (
     DEFAULT_STRATEGY,
     STRATEGIES,
@@ -127,7 +128,8 @@ def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
         score = _ratio(seen.density(aside, beta_n[index]))
         share = share * jnp.where(is_rest, 1, score)
 
-    attenuation = jnp.stack([model.attenuation(q, one) for q in model.parts], -2)
+    each = [model.attenuation(q, one).stacked() for q in model.parts]
+    attenuation = jnp.stack(jnp.broadcast_arrays(*each), -2)
     chosen = jnp.take_along_axis(attenuation, index[..., None, None], -2)[..., 0, :]
     weight = jnp.where(alive[..., None], share[..., None] * chosen, 0)
     if clamp is not None:

@@ -15,7 +15,7 @@ from fiberjax import numerics
 from fiberjax._types import Floats
 from fiberjax.fiber import Fiber, LobeShape, cone
 from fiberjax.model import Model, longitudinal, shares
-from fiberjax.path import Offset, Ray, ray
+from fiberjax.section import Offset, Ray, colorless, ray
 from fiberjax.spherical import open_unit
 
 STRATEGIES = ("lobe_first", "lobe_again", "guided")
@@ -57,7 +57,7 @@ def first_choice(
     for part in model.parts:
         theta = mean_inclination(theta_i, model.shape(fiber, part))
         one = ray(offset, model.section(fiber, theta_i, theta))
-        kept.append(model.attenuation(part, one).mean(-1))
+        kept.append(model.attenuation(part, one).mean())
     return shares(kept)
 
 
@@ -67,7 +67,7 @@ def second_choice(model: Model, along: Floats, one: Ray) -> tuple[Floats, Any]:
     M_q times the channel mean of A_q, over their sum. `along` holds the M_q on its last
     axis, up to a common factor.
     """
-    kept = [model.attenuation(part, one).mean(-1) for part in model.parts]
+    kept = [model.attenuation(part, one).mean() for part in model.parts]
     return shares([along[..., k] * a for k, a in enumerate(kept)])
 
 
@@ -165,7 +165,7 @@ def offset_density(model: Model, fiber: Fiber, theta_i: Floats) -> OffsetDensity
     theta = mean_inclination(theta_i, model.shape(fiber, model.parts[0]))
     y = jnp.asarray(np.arange(4) / 3, theta_i.dtype)
     one = ray(_offset(2 * y / (3 - y)), model.section(fiber, theta_i, theta))
-    left = sum(model.attenuation(part, one).mean(-1) for part in model.parts)
+    left = sum(model.attenuation(part, one).mean() for part in model.parts)
     fit = jnp.asarray(_BERNSTEIN * 12 / (3 - np.arange(4) / 3) ** 3, theta_i.dtype)
     fitted = jnp.matmul(left, fit.T, precision=jax.lax.Precision.HIGHEST)
     largest = jax.lax.stop_gradient(fitted.max(-1, keepdims=True))
@@ -217,6 +217,6 @@ def direction_weights(
         if density is not None:
             mixture = mixture * offset_ratio(density, offset)
         parts = mixture[..., None] * second
-        return [parts[..., k, None] for k in range(len(model.parts))]
+        return [colorless(parts[..., k]) for k in range(len(model.parts))]
 
     return weights, largest

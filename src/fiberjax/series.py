@@ -11,9 +11,9 @@ import jax.numpy as jnp
 from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import TURN
 from fiberjax.graded import GaussGamma, graded_offsets, grading, highest, sum_over
-from fiberjax.path import Section, deflection
 from fiberjax.quadrature import Nodes, gauss_legendre_unit
 from fiberjax.rules import Rule, Seen, Weights, answer
+from fiberjax.section import Section, deflection
 
 _BLOCK = 32
 """Wave numbers at a time: those that are not needed are left out by blocks."""
@@ -100,7 +100,7 @@ def series(
 
     def moments(k, lobe, weight, offset, share):
         """cos(k (Phi - p pi)) A cos(gamma) for every k along a first axis."""
-        weighted = weight * share[..., None]
+        weighted = weight.stacked() * share[..., None]
         if lobe.p is None:
             return jnp.where(wave_numbers(k, weighted) == 0, weighted, 0)
         turn = deflection(lobe.p, offset, section)

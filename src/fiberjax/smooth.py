@@ -12,14 +12,14 @@ from fiberjax.azimuthal import check_sigma_a, drop_color
 from fiberjax.circular import TURN
 from fiberjax.fiber import Fiber
 from fiberjax.model import Model, longitudinal, prepare
-from fiberjax.path import ray, section
 from fiberjax.roots import Rays, rays
 from fiberjax.rules import Rule
+from fiberjax.section import Light, colorless, ray, section
 
 
-def _per_radian(rays: Rays, weight: Floats) -> Floats:
-    """Sum over rays of weight/(2 |dPhi/dh|), with the color axis of the weight."""
-    light = weight * (rays.offset.cos / 2)[..., None]
+def _per_radian(rays: Rays, weight: Light) -> Floats:
+    """Sum over rays of weight/(2 |dPhi/dh|), with a trailing color axis."""
+    light = weight.stacked() * (rays.offset.cos / 2)[..., None]
     density = numerics.quotient(light, rays.slope[..., None], jnp.inf)
     return jnp.where(rays.exists[..., None], density, 0).sum(0)
 
@@ -77,7 +77,7 @@ def _pdf_smooth(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
     for k, part in enumerate(model.parts):
 
         def chosen(offset, k=k):
-            return model.selection(fiber, theta_i, offset)[0][..., k, None]
+            return colorless(model.selection(fiber, theta_i, offset)[0][..., k])
 
         if part == model.tail:
             around = model.rule.average(chosen, here)[..., 0] / TURN

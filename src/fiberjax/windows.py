@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
+from fiberjax import numerics
 from fiberjax._types import lobe_number
 from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, pieces
 from fiberjax.graded import GaussGamma, grading, offsets_between, sum_over
-from fiberjax.path import deflection
 from fiberjax.quadrature import chosen, gauss_legendre_unit, stretched_unit
 from fiberjax.rules import Rule, answer, lobe_by_lobe
+from fiberjax.section import deflection, stacked
 
 _SMOOTH = GaussGamma(64)
 """For what does not depend on azimuth."""
@@ -93,9 +94,14 @@ class Windowed(Rule):
             factor = jnp.where(off < sight, lobe.factor, 0)
 
             def term(offset, share):
-                away = target - deflection(p, offset, section)
-                share = share * factor * detector.image(away, lobe.beta_n) / 2
-                return weight(offset) * share[..., None]
+                def common():
+                    away = target - deflection(p, offset, section)
+                    density = detector.image(away, lobe.beta_n) / 2
+                    return weight(offset).common * (share * factor * density)
+
+                light = weight(offset)
+                sent = numerics.stored(common, section.k)
+                return light._replace(common=sent).times(1)
 
             return sum_over(term, offsets_between(delta, *edges), nodes, phi.dtype)
 
@@ -106,7 +112,7 @@ class Windowed(Rule):
             off = jnp.maximum(jnp.maximum(target - piece.high, piece.low - target), 0)
 
             def more():
-                return total + window(target, off, piece)
+                return jax.tree.map(jnp.add, total, window(target, off, piece))
 
             return jax.lax.cond(jnp.any(off < sight), more, lambda: total), None
 
@@ -115,7 +121,8 @@ class Windowed(Rule):
             *(jnp.array(x, phi.dtype) for x in (signs, shifts)),
             jnp.array(numbers),
         )
-        return jax.lax.scan(step, jnp.zeros(like.shape, like.dtype), images)[0]
+        start = (jnp.zeros(like.shape[:-1], like.dtype),) * like.shape[-1]
+        return stacked(jax.lax.scan(step, start, images)[0])
 
     def _nodes(self, p, delta, detector, dtype):
         """The nodes of a window of lobe p."""

@@ -1,0 +1,180 @@
+"""The detectors of the azimuthal model, by which a rough fiber blurs its exits."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from fiberjax import numerics
+from fiberjax._types import Floats
+from fiberjax.circular import (
+    LOGISTIC_SCALE,
+    ROOT_TURN,
+    TURN,
+    logistic_quantile,
+    normal_quantile,
+    trimmed_logistic,
+    wrap,
+    wrapped_normal,
+)
+
+Pair = Callable[[Floats], Floats]
+"""The mean of the densities at x - turn and x + turn, as a function of turn."""
+
+PairOf = Callable[[Floats, Floats], Pair]
+"""That function for an x and a roughness."""
+
+
+def _normal_pair(x: Floats, beta: Floats) -> Pair:
+    """Both sides of a normal of which only the nearest image is seen."""
+    # Products with what does not depend on turn: quotients would take longer.
+    over, peak = math.sqrt(0.5) / beta, 0.5 / (ROOT_TURN * beta)
+
+    def side(away):
+        return jnp.exp(-((over * wrap(away)) ** 2))
+
+    return lambda turn: peak * (side(x - turn) + side(x + turn))
+
+
+def _normal_image(x: Floats, beta: Floats) -> Floats:
+    return jnp.exp(-((x / beta) ** 2) / 2) / (ROOT_TURN * beta)
+
+
+def _logistic_image(x: Floats, beta: Floats) -> Floats:
+    s = LOGISTIC_SCALE * beta
+    e = jnp.exp(-jnp.abs(x) / s)
+    mass = 1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40))
+    return e / ((1 + e) * (1 + e)) * (mass / s)
+
+
+def _image_pair(image: Callable[[Floats, Floats], Floats]) -> PairOf:
+    """Both sides of a density of which only the nearest image is seen."""
+
+    def of(x, beta):
+        return lambda turn: (
+            (image(wrap(x - turn), beta) + image(wrap(x + turn), beta)) / 2
+        )
+
+    return of
+
+
+def _weights(exponent: Floats, count: int) -> list[Floats]:
+    """exp(n^2 exponent), n from 1 to count, by products."""
+    q = jnp.exp(exponent)
+    found, ratio = [q], q
+    for _ in range(count - 1):
+        ratio = ratio * (q * q)
+        found.append(found[-1] * ratio)
+    return found
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(2,))
+def _cosines(x: Floats, exponent: Floats, count: int) -> Floats:
+    """sum_n exp(n^2 exponent) cos(n a), n from 1 to count, at x = cos a."""
+    b, after = numerics.clenshaw(_weights(exponent, count), x)
+    return x * b - after
+
+
+@_cosines.defjvp
+def _cosines_jvp(count, primals, tangents):
+    (x, exponent), (dx, dexponent) = primals, tangents
+    each = list(enumerate(_weights(exponent, count), 1))
+    by_x, _ = numerics.clenshaw([n * w for n, w in each], x)
+    b, after = numerics.clenshaw([n * n * w for n, w in each], x)
+    return _cosines(*primals, count), by_x * dx + (x * b - after) * dexponent
+
+
+def _harmonics(x: Floats, beta: Floats, count: int) -> Pair:
+    """Both sides of a broad normal, 1 + 2 sum_n exp(-n^2 beta^2/2) cos(n a)."""
+    cos, sin, exponent = jnp.cos(x), jnp.sin(x), -beta * beta / 2
+
+    def pair(turn):
+        half_sin, half_cos = numerics.sin_cos(wrap(turn) / 2)
+        near = cos * (1 - 2 * half_sin * half_sin)
+        far = sin * (2 * half_sin * half_cos)
+        here, there = (_cosines(a, exponent, count) for a in (near + far, near - far))
+        return (1 + here + there) / TURN
+
+    return pair
+
+
+class Form(NamedTuple):
+    """A formula for both sides of a density, and the roughness it serves."""
+
+    serves: Callable[[Floats], Any]
+    pair: PairOf
+
+
+def _normal_forms(tolerance: float) -> list[Form]:
+    """One image up to the roughness at which the next is `tolerance`, harmonics above.
+
+    The two take turns: at the limit both need the fewest terms.
+    """
+    depth = 2 * math.log(1 / tolerance)
+    limit = math.pi / math.sqrt(depth)
+    count = math.ceil(math.sqrt(depth) / limit)
+    return [
+        Form(lambda beta: beta < limit, _normal_pair),
+        Form(lambda beta: beta >= limit, partial(_harmonics, count=count)),
+    ]
+
+
+def _logistic_forms(tolerance: float) -> list[Form]:
+    """The trimmed density is its nearest image."""
+    del tolerance
+    every = _image_pair(_logistic_image)
+    return [Form(lambda beta: True, every)]
+
+
+class Detector(NamedTuple):
+    """A density in azimuth of roughness beta_n, and how to draw from it.
+
+    density(phi, beta_n)           per radian
+    quantile(u, beta_n)            not wrapped
+    image(x, beta_n)               per radian, not wrapped, for small roughness
+    forms(tolerance)               formulas for both sides of it, one of which serves
+                                   any roughness; error below tolerance of the peak
+    reach(tolerance)               beyond this many beta_n the density is below
+                                   tolerance of the peak, wrapping aside
+    bandwidth(tolerance)           wave number times beta_n from which on a quadrature
+                                   need not follow it
+    effort(tolerance)              nodes of a window, relative to the normal
+    kink                           whether the slope jumps at half a turn
+    """
+
+    density: Callable[[Floats, Floats], Floats]
+    quantile: Callable[[Floats, Floats], Floats]
+    image: Callable[[Floats, Floats], Floats]
+    forms: Callable[[float], list[Form]]
+    reach: Callable[[float], float]
+    bandwidth: Callable[[float], float]
+    effort: Callable[[float], float]
+    kink: bool
+
+
+DETECTORS = {
+    "normal": Detector(
+        wrapped_normal,
+        normal_quantile,
+        _normal_image,
+        _normal_forms,
+        lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
+        lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
+        effort=lambda tolerance: 1.0,
+        kink=False,
+    ),
+    "logistic": Detector(
+        lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
+        lambda u, beta: logistic_quantile(u, LOGISTIC_SCALE * beta),
+        _logistic_image,
+        _logistic_forms,
+        lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),
+        lambda tolerance: math.log(1 / tolerance) / 2,
+        # Its poles lie pi scales off the real axis, whatever the window's width.
+        effort=lambda tolerance: (3 + math.log(1 / tolerance)) / 8,
+        kink=True,
+    ),
+}
