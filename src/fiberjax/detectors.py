@@ -16,6 +16,7 @@ from fiberjax.circular import (
     TURN,
     logistic_quantile,
     normal_quantile,
+    sin_cos,
     trimmed_logistic,
     wrap,
     wrapped_normal,
@@ -92,9 +93,8 @@ def _harmonics(x: Floats, beta: Floats, count: int) -> Pair:
     cos, sin, exponent = jnp.cos(x), jnp.sin(x), -beta * beta / 2
 
     def pair(turn):
-        half_sin, half_cos = numerics.sin_cos(wrap(turn) / 2)
-        near = cos * (1 - 2 * half_sin * half_sin)
-        far = sin * (2 * half_sin * half_cos)
+        sin_turn, cos_turn = sin_cos(turn)
+        near, far = cos * cos_turn, sin * sin_turn
         here, there = (_cosines(a, exponent, count) for a in (near + far, near - far))
         return (1 + here + there) / TURN
 

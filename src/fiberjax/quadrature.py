@@ -127,8 +127,39 @@ def weighted_sum(f: Callable[[Floats, Floats], Any], rule: Nodes, dtype: Any) ->
         return steps
 
     # Reverse mode adds up zeros for all that is left out: few and large steps.
-    spare = 0, -len(nodes) % _BLOCK**2
-    nodes, weights = jnp.pad(nodes, spare, mode="edge"), jnp.pad(weights, spare)
-    weights = jnp.where(jnp.arange(len(weights)) < rule.count, weights, 0)
-    blocks = tuple(x.reshape(-1, _BLOCK, _BLOCK) for x in (nodes, weights))
+    blocks = _in_blocks(nodes, weights, rule.count, (_BLOCK, _BLOCK))
     return jax.lax.scan(some(some(add)), zeros, blocks)[0]
+
+
+def _in_blocks(
+    nodes: Floats, weights: Floats, count: Any, shape: tuple[int, ...]
+) -> tuple[Floats, Floats]:
+    """Both along a first axis of blocks; no weight beyond the count."""
+    spare = 0, -len(nodes) % math.prod(shape)
+    nodes, weights = jnp.pad(nodes, spare, mode="edge"), jnp.pad(weights, spare)
+    if count is not None:
+        weights = jnp.where(jnp.arange(len(weights)) < count, weights, 0)
+    return nodes.reshape(-1, *shape), weights.reshape(-1, *shape)
+
+
+def sum_in_blocks(
+    f: Callable[[Floats, Floats], Any],
+    rule: Nodes,
+    dtype: Any,
+    shape: tuple[int, ...],
+) -> Any:
+    """Sum of f(nodes, weights), which adds up a block of nodes of a shape itself."""
+    nodes, weights = (jnp.asarray(x, dtype) for x in rule[:2])
+    blocks = _in_blocks(nodes, weights, rule.count, shape)
+    terms = jax.eval_shape(f, *(x[0] for x in blocks))
+    zeros = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), terms)
+
+    @partial(jax.checkpoint, prevent_cse=False)
+    def add(total, some):
+        return jax.lax.cond(
+            some[1].ravel()[0] > 0,
+            lambda: jax.tree.map(jnp.add, total, f(*some)),
+            lambda: total,
+        ), None
+
+    return jax.lax.scan(add, zeros, blocks)[0]

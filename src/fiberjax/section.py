@@ -112,7 +112,7 @@ def ray(offset: Offset, section: Section) -> Ray:
         return Ray(surface, None, None)
     # 2 cos gamma_t/cos theta_t, with the part that does not depend on the offset apart.
     length = 2 * section.eta / (section.k + section.cos * section.cos)
-    depth = surface.g * length
+    depth = numerics.stored(lambda: _g(offset, section)[1] * length, section.k)
     depths = [sigma_a * depth for sigma_a in jnp.atleast_1d(section.sigma_a)]
     T, absorbed = zip(*((jnp.exp(-x), -jnp.expm1(-x)) for x in depths), strict=True)
     return Ray(surface, T, absorbed)

@@ -1,5 +1,6 @@
 """The rule for grids: a cosine series in azimuth where many phi share all else."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,14 +10,19 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax._types import Floats, lobe_number
-from fiberjax.circular import TURN
-from fiberjax.graded import GaussGamma, graded_offsets, grading, highest, sum_over
-from fiberjax.quadrature import Nodes, gauss_legendre_unit
-from fiberjax.rules import Rule, Seen, Weights, answer
+from fiberjax.circular import TURN, sin_cos
+from fiberjax.graded import GaussGamma, graded_offsets, grading, highest
+from fiberjax.quadrature import Nodes, gauss_legendre_unit, sum_in_blocks
+from fiberjax.rules import Rule, Seen, Weights, answer, whole_shape
 from fiberjax.section import Section, deflection
 
 _BLOCK = 32
 """Wave numbers at a time: those that are not needed are left out by blocks."""
+
+_NODES = 16
+"""Nodes at a time, fewer for more than _AT_ONCE/_NODES sections."""
+
+_AT_ONCE = 1 << 14
 
 
 def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
@@ -94,27 +100,37 @@ def series(
     """The series of `Series` up to `terms`, a number <= most known when running."""
     like = answer(seen, weights, phi, section)
     offsets = graded_offsets(grading(section, highest(seen)))
+    shared = whole_shape(seen, jnp.zeros((), phi.dtype), section)
+    together = max(1, min(_NODES, _AT_ONCE // max(1, math.prod(shared))))
+    block = (together, *(1,) * len(shared))
 
     def wave_numbers(k, x):
         return k.reshape(-1, *(1,) * jnp.ndim(x))
 
-    def moments(k, lobe, weight, offset, share):
-        """cos(k (Phi - p pi)) A cos(gamma) for every k along a first axis."""
-        weighted = weight.stacked() * share[..., None]
+    def moments(k, lobe, light, offset, share):
+        """Sum over nodes of cos(k (Phi - p pi)) A cos(gamma), every k on a first axis.
+
+        As products of matrices, one for each section: XLA's reductions take longer.
+        """
+        weighted = jnp.moveaxis(light.stacked() * share[..., None], 0, -1)
         if lobe.p is None:
-            return jnp.where(wave_numbers(k, weighted) == 0, weighted, 0)
+            even = weighted.sum(-1)
+            return jnp.where(wave_numbers(k, even) == 0, even, 0)
         turn = deflection(lobe.p, offset, section)
-        turn = jnp.broadcast_to(turn, weighted.shape[:-1])
-        return jnp.cos(wave_numbers(k, turn) * turn)[..., None] * weighted
+        turn = jnp.broadcast_to(turn, light.common.shape)
+        _, waves = sin_cos(jnp.moveaxis(turn, 0, -1)[..., None] * k)
+        found = jnp.matmul(weighted, waves, precision=jax.lax.Precision.HIGHEST)
+        return jnp.moveaxis(found, -1, 0)
 
     def some_waves(k):
         """The part of the sum with these wave numbers."""
 
-        def term(offset, share):
+        def terms_of(t, w):
+            offset, slope = offsets(t)
             each = zip(seen, weights(offset), strict=True)
-            return [moments(k, lobe, weight, offset, share) for lobe, weight in each]
+            return [moments(k, lobe, light, offset, w * slope) for lobe, light in each]
 
-        found = sum_over(term, offsets, nodes, phi.dtype)
+        found = sum_in_blocks(terms_of, nodes, phi.dtype, block)
         total = 0.0
         for lobe, moment in zip(seen, found, strict=True):
             damp = jnp.ones_like(k)
@@ -133,7 +149,7 @@ def series(
             weight = (padded(damp) * lobe.factor)[..., None]
             total = total + padded(moment, 1) * weight
         n = wave_numbers(k, phi)
-        waves = jnp.cos(n * phi) * jnp.where(n == 0, 1, jnp.where(n > terms, 0, 2))
+        waves = sin_cos(n * phi)[1] * jnp.where(n == 0, 1, jnp.where(n > terms, 0, 2))
         return _synthesis(waves, jnp.asarray(total), like.shape[:-1]) / TURN
 
     @partial(jax.checkpoint, prevent_cse=False)

@@ -34,7 +34,7 @@ def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
     sin_o, cos_o = jnp.sin(theta_o), jnp.cos(theta_o)
     D = theta_o - theta_c
     a = x * cos_c * cos_o
-    r, rest = numerics.bessel_ratio(a)
+    r, rest = numerics.stored(lambda: numerics.bessel_ratio(a), v)
     peaked = a > 2
     by_o = jnp.where(
         peaked,
@@ -88,7 +88,7 @@ def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:
     goes with a second cosine in the measure.
     """
     theta_cone, theta_o, v = floats((theta_cone, theta_o), (v,))
-    return _M(*jnp.broadcast_arrays(theta_cone, theta_o, v))
+    return _M(theta_cone, theta_o, v)
 
 
 def open_unit(u: Floats) -> Floats:

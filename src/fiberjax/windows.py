@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -86,6 +87,7 @@ class Windowed(Rule):
         nodes = self._nodes(p, delta, detector, phi.dtype)
         every = Piece(*map(jnp.stack, zip(*pieces(p, section), strict=True)))
 
+        @partial(jax.checkpoint, prevent_cse=False)
         def window(target, off, piece):
             """The integral over what one image shows of one piece."""
             half = piece.side * jnp.sqrt(off * off + reach * reach)
