@@ -1,4 +1,4 @@
-"""Error against measured time: N by every rule, M in three forms, and the sampler.
+"""Error against measured time: N by every rule, M in four forms, and the sampler.
 
 (a) N of R, TT and TRT in three channels (eta 1.55, sigma_a .15, .3, .6 per radius, five
 theta_d up to 85 degrees), each value with a phi and a theta_d of its own. Errors are
@@ -6,11 +6,12 @@ the largest, relative to the peak over phi at that theta_d and channel; truth is
 GaussGamma with 300 to 6000 nodes in float64, and what its rounding hides is shaded.
 (b) N of TRT where 2048 phi share each theta_d. (c) M over 16 cones and all theta_o,
 relative to the peak over theta_o: "naive" has csch and I0 as the papers print them,
-"log I0" is the form of renderers. A cross on the upper edge means that not every value
-is a number. (d) The sampler: geometric mean of the variance of the weight over
-absorption and theta_i, by roughness beta, against time per sample; variance times time
-is constant along the slanted lines. The table has this variance in the column of the
-errors, and every lobe and roughness of the grid.
+"log I0" is the form of renderers, and "i0e" has jax's scaled I0 and the exponent of the
+papers. A cross on the upper edge means that not every value is a number. (d) The
+sampler: geometric mean of the variance of the weight over absorption and theta_i, by
+roughness beta, against time per sample; variance times time is constant along the
+slanted lines. The table has this variance in the column of the errors, and every lobe
+and roughness of the grid.
 
 A front joins the points of one precision, of those with an error below 1, that no other
 beats in both error and time. The exp limit is the error of GaussGamma(n) at the time

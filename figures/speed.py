@@ -17,7 +17,6 @@ import jax.numpy as jnp
 import numpy as np
 from shared import m_forms
 from shared.n_rules import ETA, SIGMA_A, exp_calls, exp_row
-from shared.naive import scaled_M
 from shared.style import (
     BLACK,
     BLUE,
@@ -173,7 +172,7 @@ def calls():
             )
     for v in m_forms.V:
         at = m_forms.places(v, "float32")
-        found["M", "float32", "plain", v] = partial(jax.jit(scaled_M), *at)
+        found["M", "float32", "plain", v] = partial(m_forms.FORMS["i0e"], *at)
         found["M", "float32", "ours", v] = partial(m_forms.FORMS["ours"], *at)
     return found
 

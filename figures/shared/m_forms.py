@@ -1,4 +1,4 @@
-"""M in three forms: as printed, as renderers have it, and the library's."""
+"""M in four forms: as printed, as renderers have it, by i0e, and the library's."""
 
 from functools import partial
 
@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from shared import precise
-from shared.naive import printed_M, textbook_M
+from shared.naive import printed_M, scaled_M, textbook_M
 from shared.style import progress
 from shared.timing import Row
 
@@ -15,6 +15,7 @@ import fiberjax
 FORMS = {
     "naive": jax.jit(printed_M),
     "log_I0": jax.jit(textbook_M),
+    "i0e": jax.jit(scaled_M),
     "ours": jax.jit(fiberjax.M),
 }
 DTYPES = ("float64", "float32")

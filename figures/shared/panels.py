@@ -170,7 +170,7 @@ def draw_grid(fig, top, by):
 
 
 def draw_M(fig, top, by):
-    """Three forms by variance."""
+    """Four forms by variance."""
     heading(fig, top, "c", r"$M$, all values with one $v$")
     axes = row_of(fig, top, 4)
     for ax, v in zip(axes, m_forms.V, strict=True):
@@ -184,7 +184,7 @@ def draw_M(fig, top, by):
         ax.set_title(rf"$v$ = {v:g} rad²", loc="center", pad=5, size=9)
     axes[0].set(ylabel="error / peak")
     below(fig, top + HEIGHT, "time per value, ns")
-    legend(fig, top - 0.47, keys(m_forms.FORMS), 3)
+    legend(fig, top - 0.47, keys(m_forms.FORMS), 4)
 
 
 def draw_strategies(ax, groups):

@@ -19,6 +19,7 @@ FORMS = {
     "auto": (PURPLE, "^"),
     "naive": (VERMILION, "v"),
     "log_I0": (ORANGE, "s"),
+    "i0e": (GREEN, "D"),
     "ours": (BLUE, "o"),
     "lobe_first": (VERMILION, "v"),
     "lobe_again": (ORANGE, "s"),

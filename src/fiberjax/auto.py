@@ -12,7 +12,7 @@ import numpy as np
 from fiberjax._types import Floats
 from fiberjax.detectors import Detector
 from fiberjax.graded import GaussGamma, grading, highest
-from fiberjax.quadrature import chosen, gauss_legendre_unit
+from fiberjax.quadrature import TOGETHER, chosen, gauss_legendre_unit
 from fiberjax.rules import Case, Rule, Seen, answer, by_case, whole_shape
 from fiberjax.section import Section
 from fiberjax.series import series
@@ -107,7 +107,8 @@ class _Graded(GaussGamma):
     def nodes(self, seen, section, detector, at_least=0):
         ladder, longest = [4], max(self.longest(highest(seen), detector), at_least)
         while ladder[-1] < longest:
-            ladder.append(min(math.ceil(_STEP * ladder[-1]), longest))
+            more = max(ladder[-1] // TOGETHER + 1, int(_STEP * ladder[-1] / TOGETHER))
+            ladder.append(TOGETHER * more)
         need = jnp.max(self.need(seen, section, detector))
         index = sum((need > order).astype(int) for order in ladder[:-1])
         rules = [gauss_legendre_unit(order) for order in ladder]
@@ -192,7 +193,7 @@ def auto(tolerance: float, s_min: float = 1e-6, s_max: float = math.inf) -> Auto
 
     Everything static is chosen beforehand, from the tolerance, the range of roughness,
     the lobes, the dtype and the shapes: a few orders of `GaussGamma`, or of `Series`
-    where at least 8 phi share their theta_d, and `Windowed` below them. Which of these
+    where at least 16 phi share their theta_d, and `Windowed` below them. Which of these
     is run is decided by the roughness, eta and sigma_a at hand, at no cost as long as a
     fiber's parameters are single numbers. Where they are arrays, or fibers are under
     jax.vmap, all that any element needs is run: narrow the range then.

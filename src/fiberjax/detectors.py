@@ -35,18 +35,18 @@ def _normal_pair(x: Floats, beta: Floats) -> Pair:
     over, peak = math.sqrt(0.5) / beta, 0.5 / (ROOT_TURN * beta)
 
     def side(away):
-        return jnp.exp(-((over * wrap(away)) ** 2))
+        return numerics.decay(-((over * wrap(away)) ** 2))
 
     return lambda turn: peak * (side(x - turn) + side(x + turn))
 
 
 def _normal_image(x: Floats, beta: Floats) -> Floats:
-    return jnp.exp(-((x / beta) ** 2) / 2) / (ROOT_TURN * beta)
+    return numerics.decay(-((x / beta) ** 2) / 2) / (ROOT_TURN * beta)
 
 
 def _logistic_image(x: Floats, beta: Floats) -> Floats:
     s = LOGISTIC_SCALE * beta
-    e = jnp.exp(-jnp.abs(x) / s)
+    e = numerics.decay(-jnp.abs(x) / s)
     mass = 1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40))
     return e / ((1 + e) * (1 + e)) * (mass / s)
 

@@ -103,7 +103,7 @@ def offsets_between(delta: Floats, low: Floats, high: Floats) -> Offsets:
 
     def graded(t):
         z = start + (end - start) * t
-        far = jnp.exp(-jnp.abs(z))
+        far = numerics.decay(-jnp.abs(z))
         near = 1 / (1 + far)
         side = jnp.where(z < 0, -1, 1)
         x = jnp.maximum(whole * (far * near) - delta, 0)

@@ -64,6 +64,29 @@ def _stored_jvp(value, primals, tangents):
     return jax.jvp(value, primals[1:], tangents[1:])
 
 
+@jax.custom_jvp
+def decay(x: Floats) -> Floats:
+    """exp(x) for x <= 0, within an eps; 0 below the smallest normal number.
+
+    2^n e^r by Taylor's series: in float64 XLA's own takes 2.5 times as long on CPUs.
+    """
+    if x.dtype != jnp.float64:
+        return jnp.exp(x)
+    x = jnp.maximum(x, -746)
+    n = jnp.round(x * 1.4426950408889634)
+    # ln 2 in two parts, of which the first has zeros to spare.
+    r = (x - n * 0.6931471803691238) - n * 1.9082149292705877e-10
+    exponent = jnp.maximum(n + 1023, 0).astype(jnp.int64) << 52
+    scale = jax.lax.bitcast_convert_type(exponent, x.dtype)
+    return power_series([1 / factorial(k) for k in range(14)], r) * scale
+
+
+@decay.defjvp
+def _decay_jvp(primals, tangents):
+    value = decay(*primals)
+    return value, value * tangents[0]
+
+
 def clenshaw(coefficients: Sequence[Any], x: Floats) -> tuple[Floats, Floats]:
     """(b, b') with b = sum_n c_n U_(n-1)(x) and x b - b' = sum_n c_n T_n(x), n >= 1."""
     b = after = jnp.zeros_like(x)

@@ -74,8 +74,11 @@ def stretched_unit(order: int, tolerance: float) -> Nodes:
     return Nodes((1 + at) / 2, w * a / np.sqrt(1 - (a * x) ** 2) / stretch / 2)
 
 
-_BLOCK = 4
-"""Nodes that are computed together where their count is known only when running."""
+TOGETHER = 2
+"""Where the count is known only when running nodes are left out by so many."""
+
+_BLOCK = 16
+"""And by so many."""
 
 
 def chosen(rules: Sequence[Nodes], index: Any, dtype: Any) -> Nodes:
@@ -127,7 +130,8 @@ def weighted_sum(f: Callable[[Floats, Floats], Any], rule: Nodes, dtype: Any) ->
         return steps
 
     # Reverse mode adds up zeros for all that is left out: few and large steps.
-    blocks = _in_blocks(nodes, weights, rule.count, (_BLOCK, _BLOCK))
+    shape = _BLOCK // TOGETHER, TOGETHER
+    blocks = _in_blocks(nodes, weights, rule.count, shape)
     return jax.lax.scan(some(some(add)), zeros, blocks)[0]
 
 

@@ -114,7 +114,7 @@ def ray(offset: Offset, section: Section) -> Ray:
     length = 2 * section.eta / (section.k + section.cos * section.cos)
     depth = numerics.stored(lambda: _g(offset, section)[1] * length, section.k)
     depths = [sigma_a * depth for sigma_a in jnp.atleast_1d(section.sigma_a)]
-    T, absorbed = zip(*((jnp.exp(-x), -jnp.expm1(-x)) for x in depths), strict=True)
+    T, absorbed = zip(*((numerics.decay(-x), -jnp.expm1(-x)) for x in depths), strict=True)
     return Ray(surface, T, absorbed)
 
 
