@@ -4,8 +4,9 @@ The work is TT and TRT in three channels, 2^17 directions that share nothing: `e
 by `auto`, M included, against the textbook rule of 70 nodes in h as a (directions, 70)
 array, channel by channel and without M. Beside it: a grid of 512 phi and 64 theta_d,
 the reverse-mode gradient in the fields of a fiber, M against a version by jax's i0e,
-and the time of the exponentials of GaussGamma alone. Calls take turns, and every ratio
-is one of medians; times are those of one machine, and the files differ from run to run.
+and the time of the exponentials of GaussGamma alone. Calls take turns, short ones
+several times in a row, and every ratio is one of medians; times are those of one
+machine, and the files differ from run to run.
 """
 
 import os
@@ -49,6 +50,8 @@ GRID_BETA_N = (0.1, 0.3, 1.0)
 GRADIENT_BETA_N = (0.01, 0.3)
 ORDERS = (16, 24)
 ROUNDS = 5
+AT_LEAST = 0.05
+"""Seconds: a call of a millisecond after a long one finds the caches cold."""
 WORKS = {
     "grid": "grid: 70 nodes / ours",
     "gradient": "value / its gradient",
@@ -184,7 +187,7 @@ def measure():
         progress(", ".join(map(str, key)))
         jax.block_until_ready(call())
     exps = {("exp", dtype): call for dtype, call in exp_calls().items()}
-    times = medians(timed | exps, ROUNDS)
+    times = medians(timed | exps, ROUNDS, AT_LEAST)
     each = {dtype: exp_row(dtype, times["exp", dtype]).seconds for _, dtype in exps}
     rows = []
     for key in timed:

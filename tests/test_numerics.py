@@ -1,5 +1,7 @@
 """Elementary functions and sums of our own, against extended precision."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,7 +22,7 @@ def spread(low, high, dtype):
     return np.linspace(low, high, 20001, dtype=dtype)
 
 
-def off(found, exact, scale=1.0):
+def off(found: Any, exact: Any, scale: Any = 1.0) -> float:
     """Largest error in eps of the dtype."""
     error = np.abs(np.asarray(found, np.longdouble) - exact) / scale
     return float(error.max() / np.finfo(found.dtype).eps)
@@ -73,9 +75,9 @@ def test_clenshaw():
     a = np.arccos(np.asarray(x))
     cosines = sum(c * np.cos(n * a) for n, c in enumerate(terms, 1))
     np.testing.assert_allclose(x * b - after, cosines, atol=1e-14)
-    within = slice(1, -1)
-    sines = sum(c * np.sin(n * a) for n, c in enumerate(terms, 1))[within]
-    np.testing.assert_allclose(b[within], sines / np.sin(a)[within], atol=1e-13)
+    within = a[1:-1]
+    sines = sum(c * np.sin(n * within) for n, c in enumerate(terms, 1))
+    np.testing.assert_allclose(b[1:-1], sines / np.sin(within), atol=1e-13)
 
 
 def test_what_is_stored_has_the_same_derivatives():

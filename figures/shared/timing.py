@@ -45,16 +45,22 @@ def seconds(call: Callable[[], Any]) -> float:
     return time.perf_counter() - start
 
 
-def medians(calls: Mapping[Key, Callable[[], Any]], rounds: int) -> dict[Key, float]:
+def medians(
+    calls: Mapping[Key, Callable[[], Any]], rounds: int, at_least: float = 0.0
+) -> dict[Key, float]:
     """Median seconds of each call, which has run before.
 
-    In every round each is called once: what slows the machine for a while slows all.
+    In every round each is called once, or as often as takes `at_least` seconds: what
+    slows the machine for a while slows all.
     """
     times = {key: [] for key in calls}
     for k in range(rounds):
         progress(f"times, round {k + 1} of {rounds}")
         for key, call in calls.items():
-            times[key].append(seconds(call))
+            taken = [seconds(call)]
+            while sum(taken) < at_least:
+                taken.append(seconds(call))
+            times[key].append(statistics.median(taken))
     return {key: statistics.median(found) for key, found in times.items()}
 
 
