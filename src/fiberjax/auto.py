@@ -21,8 +21,8 @@ from fiberjax.windows import Windowed, check_tolerance
 _SHARED = 16
 """With this many phi to one theta_d a series takes less time than nodes for each."""
 
-_MANY = 3.5, 3.5, 7.0
-"""With more nodes than this times log(1/tolerance) windows take less time, by p."""
+_MANY = 4.0
+"""With more nodes than this times log(1/tolerance) windows take less time."""
 
 _LONG = 0.02
 """Below this roughness windows take less time than a series."""
@@ -88,12 +88,12 @@ class _Graded(GaussGamma):
     def longest(self, p: int, detector: Detector | None) -> int:
         """The largest number of nodes that is ever used."""
         every = self.most(p, detector, max(self.s_min, _WIDE), _SMALLEST, 1.0)
-        return every if self.s_min >= _WIDE else max(every, self.many(p))
+        return every if self.s_min >= _WIDE else max(every, self.many)
 
-    def many(self, p: int) -> int:
+    @property
+    def many(self) -> int:
         """With more nodes than this windows take less time."""
-        limit = _MANY[min(p, len(_MANY) - 1)]
-        return math.ceil(limit * math.log(1 / self.tolerance))
+        return math.ceil(_MANY * math.log(1 / self.tolerance))
 
     def cases(self, weights, phi, section, detector):
         def needed(form):
@@ -139,10 +139,10 @@ class Auto(Rule):
         what = weights, phi, section, detector
         shared = not detector.kink and _shared(seen, phi, section)
         if shared:
-            low, most, case = self._series(graded, seen, *what)
+            low, many, case = self._series(graded, seen, *what)
             cases = [case]
         else:
-            low, most, cases = 0.0, None, graded.cases(*what)
+            low, many, cases = 0.0, graded.many, graded.cases(*what)
         like = answer(seen, weights, phi, section)
         if self.s_min >= _WIDE:
             return by_case(seen, cases, like)
@@ -151,7 +151,6 @@ class Auto(Rule):
 
         def narrow(lobe):
             need = graded.need([lobe], section, detector)
-            many = most or graded.many(lobe.p)
             return (lobe.beta_n < _WIDE) & ((need > many) | (lobe.beta_n < low))
 
         def broad(case):
