@@ -21,7 +21,7 @@ from fiberjax.windows import Windowed, check_tolerance
 _SHARED = 16
 """With this many phi to one theta_d a series takes less time than nodes for each."""
 
-_MANY = 4.0
+_MANY = 5.5
 """With more nodes than this times log(1/tolerance) windows take less time."""
 
 _LONG = 0.02
