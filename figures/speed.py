@@ -250,15 +250,15 @@ def draw_others(ax, rows):
     places = np.arange(len(bars))
     ax.barh(places, ratios, color=BLUE, height=0.7)
     for place, ratio in zip(places, ratios, strict=True):
-        ax.text(ratio * 1.1, place, f"{ratio:.2g}", va="center", fontsize=8)
+        ax.text(ratio * 1.1, place, f"{ratio:.3g}", va="center", fontsize=8)
     for k, (one, other) in enumerate(pairwise(works)):
         if one != other:
             ax.axhline(k + 0.5, color=BLACK, lw=0.4)
         if one != other or k == 0:
             last = len(works) - 1 - works[::-1].index(works[k + (k > 0)])
-            ax.text(280, last, works[last], va="center", ha="right", fontsize=8)
+            ax.text(18000, last, works[last], va="center", ha="right", fontsize=8)
     ax.axvline(1, color=BLACK, lw=0.8)
-    ax.set(xscale="log", yticks=places, xlim=(0.03, 300), xlabel="ratio of times")
+    ax.set(xscale="log", yticks=places, xlim=(0.05, 20000), xlabel="ratio of times")
     ax.set_yticklabels(names)
     ax.grid(visible=False, axis="y")
     ax.minorticks_off()
