@@ -117,15 +117,17 @@ def _segment(sin: Floats, cos: Floats, c: Floats, k: Floats, eta: Floats) -> Flo
 def _segment_jvp(primals, tangents):
     """With s = 1 - c^2 and y = (c sin/r)^2 the terms that cancel are left out.
 
-    In eta 2 (y (eta^2 + s) - s)/(g r^2), in c 2 eta c (cos^2 - 2 + 2 y)/(g r^2), in cos
-    2 eta c^2 cos/(g r^2). The tangent of k is that of eta.
+    In eta 2 (y (eta^2 + s) - s)/(g r^2), in c 2 eta c (cos^2 - 2 (g/r)^2)/(g r^2), in
+    cos 2 eta c^2 cos/(g r^2). The tangent of k is that of eta.
     """
     sin, cos, c, k, eta = primals
     _, dcos, dc, _, deta = tangents
     mu, s, r2 = c * cos, (1 - c) * (1 + c), k + c * c
     y = (c * sin) * (c * sin / r2)
-    over = numerics.quotient(2.0, numerics.sqrt(k + mu * mu), 0.0) / r2
-    by_c = (cos * cos - 2 + 2 * y) * dc + mu * dcos
+    square = k + mu * mu
+    over = numerics.quotient(2.0, numerics.sqrt(square), 0.0) / r2
+    # At grazing (g/r)^2 = 1 - y must not come from a difference.
+    by_c = (cos * cos - 2 * (square / r2)) * dc + mu * dcos
     moved = (y * (eta * eta + s) - s) * deta + (eta * c) * by_c
     return _segment(*primals), over * moved
 
