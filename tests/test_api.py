@@ -281,7 +281,8 @@ def test_bad_input_says_what_is_allowed(case):
 FLOORS = (
     {"_types"},
     {"numerics", "quadrature"},
-    {"circular", "spherical", "fresnel"},
+    {"bessel", "circular", "fresnel"},
+    {"spherical"},
     {"detectors"},
     {"path"},
     {"section"},

@@ -7,7 +7,7 @@ theta_cone, convolved on the sphere with a von Mises-Fisher density of variance 
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import bessel, numerics
 from fiberjax._types import Floats, Reals, floats, last_axis
 
 
@@ -34,7 +34,7 @@ def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
     sin_o, cos_o = jnp.sin(theta_o), jnp.cos(theta_o)
     D = theta_o - theta_c
     a = x * cos_c * cos_o
-    r, rest = numerics.stored(lambda: numerics.bessel_ratio(a), v)
+    r, rest = numerics.stored(lambda: bessel.ratio(a), v)
     peaked = a > 2
     by_o = jnp.where(
         peaked,
@@ -52,7 +52,7 @@ def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
     by_x = jnp.where(
         narrow,
         -2 * jnp.sin(D / 2) ** 2 - cos_c * cos_o * rest + (1 / y - tail),
-        sin_c * sin_o + cos_c * cos_o * r - numerics.langevin(jnp.where(narrow, 1, x)),
+        sin_c * sin_o + cos_c * cos_o * r - bessel.langevin(jnp.where(narrow, 1, x)),
     )
     return x * by_c, x * by_o, -x * x * by_x
 
