@@ -118,3 +118,45 @@ def test_far_field(function, incidence, dtype):
     assert finite(found)
     assert found.min() >= 0
     assert finite(gradients)
+
+
+EVERY_RULE = [
+    fj.auto(1e-9),
+    fj.GaussH(12),
+    fj.GaussGamma(12),
+    fj.Windowed(12),
+    fj.Series(12),
+]
+
+
+@pytest.mark.parametrize("rule", EVERY_RULE, ids=str)
+def test_nan_is_not_masked(rule):
+    """Of one element it is the value, and the others are what they are without it."""
+    for p, beta_n in itertools.product((0, 1), (0.01, 0.3, 3.0)):
+
+        def value(points, p=p):
+            phi, theta_d, eta, beta_n, sigma_a = points
+            optics = {"eta": eta, "beta_n": beta_n, "sigma_a": sigma_a[0]}
+            return np.asarray(fj.N(p, phi, theta_d, rule=rule, **optics))
+
+        phi = np.linspace(2.9, 3.0, 40)
+        clean = [phi, *np.tile([[0.1], [1.55], [beta_n], [0.1]], 40)]
+        right = value(clean)
+        assert np.isfinite(right).all()
+        for k in range(4):
+            spoiled = [x.copy() for x in clean]
+            spoiled[k][7] = np.nan
+            found = value(spoiled)
+            assert np.isnan(found[7])
+            rest = np.delete(found, 7), np.delete(right, 7)
+            np.testing.assert_allclose(*rest, rtol=1e-6)
+        if p > 0:
+            assert np.isnan(value([*clean[:4], np.full(40, np.nan)])).all()
+
+
+@pytest.mark.parametrize("beta_n", [0.003, 0.3, np.nan])
+def test_nan_is_not_masked_on_grids(beta_n):
+    phi = np.linspace(-3, 3, 40)[:, None]
+    theta_d = np.array([np.nan, np.nan if np.isnan(beta_n) else 0.1])
+    found = np.asarray(fj.N(1, phi, theta_d, eta=1.55, sigma_a=0.1, beta_n=beta_n))
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(theta_d + 0 * phi))

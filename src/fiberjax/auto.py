@@ -24,6 +24,9 @@ _SHARED = 16
 _MANY = 5.5
 """With more nodes than this times log(1/tolerance) windows take less time."""
 
+_ALIKE = 1.4
+"""Lobes that need numbers of nodes with a smaller ratio are summed together."""
+
 _LONG = 0.02
 """Below this roughness windows take less time than a series."""
 
@@ -40,20 +43,38 @@ _STEP = 1.08
 """Between the orders that can be chosen when running."""
 
 
-def _nodes(bandwidth: Any, delta: Any, eta: Any, p: int, tolerance: float, xp: Any):
+def _turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
+    """The fastest that Phi turns from node to node, times their number.
+
+    |Phi'|/2 over the density of Gauss-Legendre nodes, at its largest along the map of
+    `graded_offsets`, for every |cos theta_d| from cos on.
+    """
+    stretch = xp.arcsinh(math.pi / 2 / delta)
+    t = xp.linspace(0, 1, 9, dtype=delta.dtype)
+    x = delta[..., None] * xp.sinh(stretch[..., None] * (1 - t))
+    spacing = xp.sqrt((delta * delta)[..., None] + x * x)
+    k = ((eta - 1) * (eta + 1))[..., None]
+
+    def bent(cos):
+        mu = cos * xp.sin(xp.minimum(x, math.pi / 2))
+        return p * mu / xp.sqrt(k + mu * mu + 1e-30)
+
+    rate = xp.maximum(1 - bent(cos), bent(1.0) - 1)
+    return stretch * xp.max(spacing * rate * xp.sqrt(t * (1 - t) + 0.02), -1)
+
+
+def _nodes(turns: Any, delta: Any, p: int, tolerance: float, xp: Any):
     """Nodes that `GaussGamma` needs for an error below the tolerance.
 
     A fit to searches for the smallest order over the whole domain; tests/test_auto.py
-    holds the rules to it. One term is for the detector, which is passed at the speed of
-    Phi, and one for the optics, which change over `delta` at grazing.
+    holds the rules to it. One term is for the detector, of which `turns` is the
+    bandwidth times `_turning`, one for the optics, which change over `delta` at
+    grazing.
     """
     digits = math.log(1 / tolerance)
     stretch = xp.arcsinh(math.pi / 2 / delta)
-    speed = xp.sqrt(xp.maximum(1, p / eta - 1))
-    length = xp.sqrt(stretch * xp.sqrt(delta * delta + math.pi**2 / 4))
-    narrow = 0.62 * length * speed * bandwidth
-    smooth = 3.6 + xp.maximum(0.43 * stretch, 0.43 + 0.13 * p) * digits
-    return (narrow**3 + smooth**3) ** (1 / 3)
+    smooth = 4.3 + 0.5 * p + xp.maximum(0.355 * stretch, 0.43 + 0.1 * p) * digits
+    return ((1.06 * turns) ** 2.4 + smooth**2.4) ** (1 / 2.4)
 
 
 @dataclass(frozen=True)
@@ -67,13 +88,15 @@ class _Graded(GaussGamma):
     def need(
         self, seen: Sequence[Seen], section: Section, detector: Detector | None
     ) -> Floats:
-        """The number of nodes that lobes take, element by element."""
+        """The number of nodes that lobes take, for the largest |theta_d| of all."""
         eta, delta = section.eta, grading(section, highest(seen))
-        needs = [_nodes(0.0, delta, eta, _REST, self.tolerance, jnp)]
+        cos = jnp.min(section.cos)
+        needs = [_nodes(0.0, delta, _REST, self.tolerance, jnp)]
         for lobe in seen:
             if detector and lobe.p is not None:
                 band = detector.bandwidth(self.tolerance) / lobe.beta_n
-                needs.append(_nodes(band, delta, eta, lobe.p, self.tolerance, jnp))
+                turns = band * _turning(lobe.p, cos, eta, delta, jnp)
+                needs.append(_nodes(turns, delta, lobe.p, self.tolerance, jnp))
         # What is uniform in azimuth, and averages, have no p of their own.
         lobes = seen and all(lobe.p is not None for lobe in seen)
         return reduce(jnp.maximum, needs[1:] if lobes else needs)
@@ -81,9 +104,12 @@ class _Graded(GaussGamma):
     def most(
         self, p: int, detector: Detector | None, s: float, delta: float, eta: float
     ) -> int:
-        """The number of nodes that one lobe takes."""
-        band = detector.bandwidth(self.tolerance) / s if detector else 0.0
-        return math.ceil(_nodes(band, delta, eta, p, self.tolerance, np))
+        """The number of nodes that one lobe takes at any inclination."""
+        scale, turns = np.float64(delta), 0.0
+        if detector:
+            turning = _turning(p, 0.0, np.float64(eta), scale, np)
+            turns = detector.bandwidth(self.tolerance) / s * turning
+        return math.ceil(_nodes(turns, scale, p, self.tolerance, np))
 
     def longest(self, p: int, detector: Detector | None) -> int:
         """The largest number of nodes that is ever used."""
@@ -97,7 +123,7 @@ class _Graded(GaussGamma):
 
     def cases(self, weights, phi, section, detector):
         def needed(form):
-            return form.serves(self.s_min) or form.serves(self.s_max)
+            return form.low <= self.s_max and form.high > self.s_min
 
         def forms(tolerance):
             return list(filter(needed, detector.forms(tolerance)))
@@ -110,7 +136,8 @@ class _Graded(GaussGamma):
             more = max(ladder[-1] // TOGETHER + 1, int(_STEP * ladder[-1] / TOGETHER))
             ladder.append(TOGETHER * more)
         need = jnp.max(self.need(seen, section, detector))
-        index = sum((need > order).astype(int) for order in ladder[:-1])
+        # NaN asks for all nodes, which keeps the rest of the batch right.
+        index = sum(1 - (need <= order).astype(int) for order in ladder[:-1])
         rules = [gauss_legendre_unit(order) for order in ladder]
         return chosen(rules, index, section.cos.dtype)
 
@@ -151,13 +178,14 @@ class Auto(Rule):
 
         def narrow(lobe):
             need = graded.need([lobe], section, detector)
-            return (lobe.beta_n < _WIDE) & ((need > many) | (lobe.beta_n < low))
-
-        def broad(case):
-            return Case(lambda lobe: ~narrow(lobe) & case.serves(lobe), case.value)
+            # Lobes nearly alike go one way: nodes that one of them takes serve all.
+            crowd = (need > many / _ALIKE) & (
+                graded.need(seen, section, detector) > many
+            )
+            return (lobe.beta_n < _WIDE) & (crowd | (lobe.beta_n < low))
 
         in_windows = Case(narrow, lambda some: windows.convolve(some, *what))
-        return by_case(seen, [*map(broad, cases), in_windows], like)
+        return by_case(seen, [in_windows, *cases], like)
 
     def _graded(self, dtype: Any) -> _Graded:
         """The precision of the dtype if that is all the tolerance can be."""

@@ -29,13 +29,15 @@ PairOf = Callable[[Floats, Floats], Pair]
 """That function for an x and a roughness."""
 
 
-def _normal_pair(x: Floats, beta: Floats) -> Pair:
-    """Both sides of a normal of which only the nearest image is seen."""
+def _normal_pair(x: Floats, beta: Floats, images: int) -> Pair:
+    """Both sides of a normal of which only the nearest image is seen, or two."""
     # Products with what does not depend on turn: quotients would take longer.
     over, peak = math.sqrt(0.5) / beta, 0.5 / (ROOT_TURN * beta)
 
     def side(away):
-        return numerics.decay(-((over * wrap(away)) ** 2))
+        near = jnp.abs(wrap(away))
+        seen = [near, TURN - near][:images]
+        return sum(numerics.decay(-((over * image) ** 2)) for image in seen)
 
     return lambda turn: peak * (side(x - turn) + side(x + turn))
 
@@ -104,21 +106,24 @@ def _harmonics(x: Floats, beta: Floats, count: int) -> Pair:
 class Form(NamedTuple):
     """A formula for both sides of a density, and the roughness it serves."""
 
-    serves: Callable[[Floats], Any]
+    low: float
+    high: float
     pair: PairOf
+
+    def serves(self, beta: Floats) -> Any:
+        """Whether it does, element by element."""
+        return (beta >= self.low) & (beta < self.high)
 
 
 def _normal_forms(tolerance: float) -> list[Form]:
-    """One image up to the roughness at which the next is `tolerance`, harmonics above.
-
-    The two take turns: at the limit both need the fewest terms.
-    """
-    depth = 2 * math.log(1 / tolerance)
-    limit = math.pi / math.sqrt(depth)
-    count = math.ceil(math.sqrt(depth) / limit)
+    """One image while the next is below `tolerance`, then two, then harmonics."""
+    depth = math.sqrt(2 * math.log(1 / tolerance))
+    one, two = math.pi / depth, 2 * math.pi / depth
+    count = math.ceil(depth / two)
     return [
-        Form(lambda beta: beta < limit, _normal_pair),
-        Form(lambda beta: beta >= limit, partial(_harmonics, count=count)),
+        Form(0.0, one, partial(_normal_pair, images=1)),
+        Form(one, two, partial(_normal_pair, images=2)),
+        Form(two, math.inf, partial(_harmonics, count=count)),
     ]
 
 
@@ -126,7 +131,7 @@ def _logistic_forms(tolerance: float) -> list[Form]:
     """The trimmed density is its nearest image."""
     del tolerance
     every = _image_pair(_logistic_image)
-    return [Form(lambda beta: True, every)]
+    return [Form(0.0, math.inf, every)]
 
 
 class Detector(NamedTuple):

@@ -29,12 +29,10 @@ def quotient(x: Floats | float, y: Floats, otherwise: float) -> Floats:
     return jnp.where(nonzero, x / jnp.where(nonzero, y, 1), otherwise)
 
 
-def computed_if(
-    condition: Array, value: Callable[[], Floats], shape: tuple[int, ...], dtype: Any
-) -> Floats:
-    """The value if the condition holds; 0 of its shape, and no work, if not."""
+def added_if(condition: Array, total: Floats, value: Callable[[], Floats]) -> Floats:
+    """total + value if the condition holds; the total, and no work, if not."""
     again = jax.checkpoint(value, prevent_cse=False)
-    return jax.lax.cond(condition, again, lambda: jnp.zeros(shape, dtype))
+    return jax.lax.cond(condition, lambda: total + again(), lambda: total)
 
 
 def stored(value: Callable[[], Any], anything: Floats) -> Any:

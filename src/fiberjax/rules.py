@@ -12,7 +12,7 @@ h, so half the range serves, with D seen from both sides at each offset.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 import jax
@@ -69,10 +69,11 @@ class Case(NamedTuple):
 
 
 def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
-    """What is seen, each element by the one case that serves it; `like` has its shape.
+    """What is seen, each element by one case; `like` has its shape.
 
-    A case that serves nobody costs nothing, as long as that is one decision, as it is
-    for roughness that is one number and not under jax.vmap.
+    That is the first that serves it, and the last for all that is left, NaN too. A case
+    that takes nothing costs nothing, as long as that is one decision, as it is for
+    roughness that is one number and not under jax.vmap.
     """
     if len(cases) == 1:
         return cases[0].value(seen)
@@ -81,22 +82,27 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
     factors = numerics.stored(lambda: [lobe.factor for lobe in seen], seen[0].beta_n)
     seen = [x._replace(factor=f) for x, f in zip(seen, factors, strict=True)]
 
-    def part(case):
-        served: dict[Any, Any] = {
-            lobe.p: case.serves(lobe) for lobe in seen if lobe.p is not None
-        }
-        # What is uniform in azimuth goes with any of the others.
-        served[None] = next(iter(served.values()))
-        some = [_only(lobe, served[lobe.p]) for lobe in seen]
-        anywhere = jnp.any(jnp.stack([jnp.any(one) for one in served.values()]))
+    def takes(lobe):
+        """What of a lobe each case takes."""
+        found, left = [], jnp.asarray(True)
+        for case in cases[:-1]:
+            found.append(left & case.serves(lobe))
+            left = left & ~found[-1]
+        return [*found, left]
 
-        def value():
-            return jnp.broadcast_to(case.value(some), like.shape)
+    taken: dict[int | None, list[Any]]
+    taken = {lobe.p: takes(lobe) for lobe in seen if lobe.p is not None}
+    # What is uniform in azimuth goes with any of the others.
+    taken[None] = next(iter(taken.values()))
 
-        return numerics.computed_if(anywhere, value, like.shape, like.dtype)
+    def value(k, case):
+        return case.value([_only(lobe, taken[lobe.p][k]) for lobe in seen])
 
-    parts = [part(case) for case in cases]
-    return sum(parts[1:], parts[0])
+    total = jnp.zeros(like.shape, like.dtype)
+    for k, case in enumerate(cases):
+        anywhere = jnp.stack([jnp.any(each[k]) for each in taken.values()])
+        total = numerics.added_if(jnp.any(anywhere), total, partial(value, k, case))
+    return total
 
 
 def _only(lobe: Seen, served: Any) -> Seen:

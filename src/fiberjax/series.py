@@ -155,7 +155,7 @@ def series(
     @partial(jax.checkpoint, prevent_cse=False)
     def step(total, k):
         return jax.lax.cond(
-            k[0] <= terms, lambda: total + some_waves(k), lambda: total
+            k[0] > terms, lambda: total, lambda: total + some_waves(k)
         ), None
 
     blocks = jnp.arange(most + 1 + -(most + 1) % _BLOCK, dtype=phi.dtype)

@@ -93,7 +93,7 @@ class Windowed(Rule):
             half = piece.side * jnp.sqrt(off * off + reach * reach)
             goals = jnp.stack([target + half, target - half])
             edges = inverse(p, goals, piece, section)
-            factor = jnp.where(off < sight, lobe.factor, 0)
+            factor = jnp.where(off >= sight, 0, lobe.factor)
 
             def term(offset, share):
                 def common():
@@ -116,7 +116,7 @@ class Windowed(Rule):
             def more():
                 return jax.tree.map(jnp.add, total, window(target, off, piece))
 
-            return jax.lax.cond(jnp.any(off < sight), more, lambda: total), None
+            return jax.lax.cond(jnp.all(off >= sight), lambda: total, more), None
 
         signs, shifts, numbers = zip(*_targets(p), strict=True)
         images = (
