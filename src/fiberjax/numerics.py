@@ -29,10 +29,10 @@ def quotient(x: Floats | float, y: Floats, otherwise: float) -> Floats:
     return jnp.where(nonzero, x / jnp.where(nonzero, y, 1), otherwise)
 
 
-def added_if(condition: Array, total: Floats, value: Callable[[], Floats]) -> Floats:
-    """total + value if the condition holds; the total, and no work, if not."""
+def computed_if(condition: Array, value: Callable[[], Floats], like: Any) -> Floats:
+    """The value, like `like`, if the condition holds; 0, and no work, if not."""
     again = jax.checkpoint(value, prevent_cse=False)
-    return jax.lax.cond(condition, lambda: total + again(), lambda: total)
+    return jax.lax.cond(condition, again, lambda: jnp.zeros(like.shape, like.dtype))
 
 
 def stored(value: Callable[[], Any], anything: Floats) -> Any:

@@ -12,7 +12,7 @@ h, so half the range serves, with D seen from both sides at each offset.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import partial, reduce
+from functools import reduce
 from typing import Any, NamedTuple
 
 import jax
@@ -95,14 +95,16 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
     # What is uniform in azimuth goes with any of the others.
     taken[None] = next(iter(taken.values()))
 
-    def value(k, case):
-        return case.value([_only(lobe, taken[lobe.p][k]) for lobe in seen])
-
-    total = jnp.zeros(like.shape, like.dtype)
-    for k, case in enumerate(cases):
+    def part(k, case):
         anywhere = jnp.stack([jnp.any(each[k]) for each in taken.values()])
-        total = numerics.added_if(jnp.any(anywhere), total, partial(value, k, case))
-    return total
+
+        def value():
+            some = [_only(lobe, taken[lobe.p][k]) for lobe in seen]
+            return jnp.broadcast_to(case.value(some), like.shape)
+
+        return numerics.computed_if(jnp.any(anywhere), value, like)
+
+    return reduce(jnp.add, [part(k, case) for k, case in enumerate(cases)])
 
 
 def _only(lobe: Seen, served: Any) -> Seen:

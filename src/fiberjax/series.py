@@ -154,9 +154,8 @@ def series(
 
     @partial(jax.checkpoint, prevent_cse=False)
     def step(total, k):
-        return jax.lax.cond(
-            k[0] > terms, lambda: total, lambda: total + some_waves(k)
-        ), None
+        needed = ~(k[0] > terms)  # and so where terms is NaN
+        return jax.lax.cond(needed, lambda: total + some_waves(k), lambda: total), None
 
     blocks = jnp.arange(most + 1 + -(most + 1) % _BLOCK, dtype=phi.dtype)
     start = jnp.zeros(like.shape, like.dtype)

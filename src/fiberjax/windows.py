@@ -116,7 +116,8 @@ class Windowed(Rule):
             def more():
                 return jax.tree.map(jnp.add, total, window(target, off, piece))
 
-            return jax.lax.cond(jnp.all(off >= sight), lambda: total, more), None
+            seen = jnp.any(~(off >= sight))  # and so where either is NaN
+            return jax.lax.cond(seen, more, lambda: total), None
 
         signs, shifts, numbers = zip(*_targets(p), strict=True)
         images = (
