@@ -9,7 +9,6 @@ Calls take turns, short ones several times in a row, and every ratio is one of m
 times are those of one machine, and the files differ from run to run.
 """
 
-import os
 from functools import partial
 from itertools import pairwise
 
@@ -31,7 +30,7 @@ from shared.style import (
     run,
     title,
 )
-from shared.timing import medians
+from shared.timing import machine, medians
 
 import fiberjax
 from fiberjax import GaussGamma, auto
@@ -56,7 +55,7 @@ AT_LEAST = 0.05
 WORKS = {
     "grid": "grid: 70 nodes / ours",
     "gradient": "value / its gradient",
-    "exp limit": "exponentials / GaussGamma(24)",
+    "exp limit": "exponentials / GaussGamma",
     "M": "M: by i0e / ours",
 }
 HEADER = (
@@ -200,6 +199,12 @@ def calls():
     return found
 
 
+def nodes(setting):
+    """The number of nodes, where the setting is one."""
+    name, _, order = setting.removesuffix(")").partition("(")
+    return f"{order} nodes" if name == "GaussGamma" else ""
+
+
 def measure():
     """(work, dtype, setting, width), seconds, and those of plain JAX."""
     timed = calls()
@@ -214,7 +219,7 @@ def measure():
         work, dtype, setting, width = key
         if work == "exp limit":
             # Two of each lobe's detector, and three of the absorption.
-            order = int(setting.removeprefix("GaussGamma(").removesuffix(")"))
+            order = int(nodes(setting).removesuffix(" nodes"))
             rows.append((key, times[key], 7 * order * COUNT * each[dtype]))
         elif setting != "plain":
             rows.append((key, times[key], times[work, dtype, "plain", width]))
@@ -230,7 +235,7 @@ def counted(work):
 
 def table(rows):
     """The rows as text; ratios are how much quicker than plain JAX."""
-    where = f"{os.cpu_count()} CPU cores", jax.__version__
+    where = machine(), jax.__version__
     lines = []
     for (work, dtype, setting, width), seconds, other in rows:
         ns = [f"{1e9 * x / counted(work):.4g}" for x in (seconds, other)]
@@ -261,9 +266,9 @@ def draw_directions(ax, rows):
 def draw_others(ax, rows):
     """Each of the other works, both dtypes, as bars."""
     bars = [
-        (WORKS[work], f"{dtype}, {width:g}", other / seconds)
+        (WORKS[work], f"{dtype}, {nodes(setting) or f'{width:g}'}", other / seconds)
         for (work, dtype, setting, width), seconds, other in rows
-        if work in WORKS and setting != f"GaussGamma({ORDERS[0]})"
+        if work in WORKS
     ]
     bars.sort(key=lambda bar: list(WORKS.values()).index(bar[0]))
     works, names, ratios = zip(*reversed(bars), strict=True)
@@ -292,7 +297,7 @@ def draw():
     draw_directions(left, rows)
     title(left, "a", "TT + TRT, three channels, nothing shared")
     draw_others(right, rows)
-    title(right, "b", r"other work, by dtype and $\beta_n$ or v")
+    title(right, "b", r"other work, by dtype and $\beta_n$, nodes or v")
     return Drawing(fig, "Speed against plain JAX", table(rows))
 
 

@@ -8,16 +8,17 @@ quotient of differences, 1 - F as a difference, D as a sum of images; its M is t
 renderers, with csch and log I0. Derivatives are by automatic differentiation, in every
 argument. Truth is extended precision.
 
-An error of N is relative to its peak over phi, that of a derivative to the larger of
-its own peak and of N's over min(beta_n, 1), the size of a derivative in phi; the worst
-of three azimuths is shown: one beta_n (at most 1 rad) past Phi of h = 0.3, of the
-caustic and of grazing. A rounded Phi alone makes errors of about 4 pi eps/beta_n.
-Errors of M, two deviations (at most 75 degrees) off the cone, are relative to what
-rounding is in proportion to: 1 + |E|/2 times the modulus, E the exponent, and for
-derivatives also M times the sum of the moduli of the terms. Numbers below 1e-290, in
-float32 below 1e-30, may be lost. Truth is that of the arguments as the precision holds
-them; eta is never below the next number after 1, as float32 has it for eta - 1 below
-1e-7.
+An error of N is relative to its peak over phi, that of a derivative to its own peak; in
+phi and beta_n, where a derivative that nearly cancels is a difference of terms as large
+as N/beta_n, to N's peak over min(beta_n, 1) if that is larger, in the others to N's
+peak if that is larger. The worst of three azimuths is shown: one beta_n (at most 1 rad)
+past Phi of h = 0.3, of the caustic and of grazing. A rounded Phi alone makes errors of
+about 4 pi eps/beta_n. Errors of M, two deviations (at most 75 degrees) off the cone,
+are relative to what rounding is in proportion to: 1 + |E|/2 times the modulus, E the
+exponent, and for derivatives also M times the sum of the moduli of the terms. Numbers
+below 1e-290, in float32 below 1e-30, may be lost. Truth is that of the arguments as the
+precision holds them; eta is never below the next number after 1, as float32 has it for
+eta - 1 below 1e-7.
 """
 
 import itertools
@@ -127,9 +128,8 @@ def exact_N(x):
     fibers, which = np.unique(x[1:], axis=1, return_inverse=True)
     peaks = precise.N_peaks(P, precise.Points(fibers[0], *fibers))[:, which]
     steep = peaks[0] / np.minimum(points.beta_n, 1)
-    return precise.N(P, points), np.concatenate(
-        [peaks[:1], np.maximum(peaks[1:], steep)]
-    )
+    terms = [steep if key in ("phi", "beta_n") else peaks[0] for key in N.quantities]
+    return precise.N(P, points), np.maximum(peaks, np.stack([peaks[0], *terms[1:]]))
 
 
 def exact_M(x):

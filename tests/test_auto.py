@@ -152,3 +152,25 @@ def test_a_static_choice():
         fj.Windowed(20, 2.0)
     with pytest.raises(ValueError, match="terms = 0"):
         fj.Series(20, 0)
+
+
+NARROWED = [(0.25, math.inf), (1e-6, 0.01), (0.5, 2.0), (2.0, math.inf)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("detector", ["normal", "logistic"])
+@pytest.mark.parametrize(("s_min", "s_max"), NARROWED)
+def test_a_narrow_range_of_roughness(s_min, s_max, detector):
+    """What is left out is not needed between the limits, the limits included."""
+    phi, theta_d = np.linspace(-3, 3, 40)[:, None], np.radians([[0, 40, 89.9]])
+    turn = np.linspace(0, np.pi, 400)[:, None]
+    optics: Any = {"eta": 1.55, "sigma_a": 0.3, "detector": detector}
+    last = min(s_max, 10.0)
+    for beta_n in (s_min, math.sqrt(s_min * last), last):
+        for each in (theta_d, np.broadcast_to(theta_d, (40, 3))):
+            rule = fj.auto(1e-9, s_min, s_max)
+            found = fj.N(2, phi, each, beta_n=beta_n, rule=rule, **optics)
+            exact = fj.N(2, phi, each, beta_n=beta_n, **optics)
+            peak = fj.N(2, turn, theta_d, beta_n=beta_n, **optics).max(0)
+            error = np.abs(np.asarray(found - exact)) / np.asarray(peak)
+            assert error.max() < 1e-9 + 1e-14 / beta_n

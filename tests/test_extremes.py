@@ -160,3 +160,18 @@ def test_nan_is_not_masked_on_grids(beta_n):
     theta_d = np.array([np.nan, np.nan if np.isnan(beta_n) else 0.1])
     found = np.asarray(fj.N(1, phi, theta_d, eta=1.55, sigma_a=0.1, beta_n=beta_n))
     np.testing.assert_array_equal(np.isnan(found), np.isnan(theta_d + 0 * phi))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strategy", ["lobe_first", "guided"])
+def test_nan_in_a_fiber_is_not_masked(strategy):
+    u = np.random.default_rng(0).random((20, 5))
+    usual = {"eta": 1.55, "beta_m": 0.3, "beta_n": 0.3, "alpha": -0.03, "sigma_a": 0.2}
+    for name in usual:
+        fiber = fj.Fiber(**(usual | {name: np.nan}))
+        draw = fj.sample(fiber, 0.3, u, strategy=strategy)
+        # Of beta_n it is the azimuth that depends, of the others the weight.
+        spoiled = draw.phi if name == "beta_n" else draw.weight
+        assert np.isnan(spoiled).all()
+        assert np.isnan(fj.pdf(fiber, 0.3, 0.1, 0.4, strategy=strategy))
+        assert np.isnan(fj.evaluate(fiber, 0.3, 0.1, 0.4))

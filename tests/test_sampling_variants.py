@@ -227,8 +227,8 @@ def test_unknown_strategy():
             call()
 
 
-GOALS = {"lobe_again": (0.8, 0.3), "guided": (0.25, 0.1)}
-"""Geometric means against lobe_first, to 75 degrees and beyond."""
+REACHED = {"lobe_again": (0.66, 0.3), "guided": (0.14, 0.1)}
+"""Geometric means against lobe_first, to 75 degrees and beyond, at most."""
 
 
 def test_variance_at_equal_count():
@@ -247,6 +247,6 @@ def test_variance_at_equal_count():
                 }
                 for s in STRATEGIES:
                     ratios[s][degrees > 75].append(at[s] / at["lobe_first"])
-    for s, goals in GOALS.items():
+    for s, reached in REACHED.items():
         found = [np.exp(np.mean(np.log(group))) for group in ratios[s]]
-        assert all(f <= g for f, g in zip(found, goals, strict=True))
+        assert all(f <= g for f, g in zip(found, reached, strict=True)), found

@@ -6,7 +6,7 @@ LINES = (
     ("any roughness, all digits", "N", "auto", "1e-12", "float64"),
     ("any roughness, film", "N", "auto", "1e-06", "float64"),
     ("any roughness, games", "N", "auto", "0.01", "float32"),
-    ("16 phi or more to a theta_d", "N_grid", "auto", "1e-06", "float64"),
+    ("many phi to a theta_d, here 2048", "N_grid", "auto", "1e-06", "float64"),
     ("beta_n > 0.2 known", "N", "GaussGamma", "16", "float64"),
     ("beta_n < 0.1 known", "N", "Windowed", "32", "float64"),
     ("to compare with papers", "N", "GaussH", "70", "float64"),

@@ -64,9 +64,16 @@ def medians(
     return {key: statistics.median(found) for key, found in times.items()}
 
 
+def machine() -> str:
+    """What calls run on by default."""
+    device = jax.devices()[0]
+    cpu = device.platform == "cpu"
+    return f"{os.cpu_count()} CPU cores" if cpu else device.device_kind
+
+
 def table(rows: list[Row]) -> Table:
     """The rows as text, with the machine and JAX's version."""
-    where = f"{os.cpu_count()} CPU cores", jax.__version__
+    where = machine(), jax.__version__
     return Table(
         HEADER,
         [

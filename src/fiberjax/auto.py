@@ -13,10 +13,18 @@ from fiberjax._types import Floats
 from fiberjax.detectors import Detector
 from fiberjax.graded import GaussGamma, grading, highest
 from fiberjax.quadrature import TOGETHER, chosen, gauss_legendre_unit
-from fiberjax.rules import Case, Rule, Seen, answer, by_case, whole_shape
+from fiberjax.rules import (
+    Case,
+    Rule,
+    Seen,
+    answer,
+    by_case,
+    check_tolerance,
+    whole_shape,
+)
 from fiberjax.section import Section
 from fiberjax.series import series
-from fiberjax.windows import Windowed, check_tolerance
+from fiberjax.windows import Windowed
 
 _SHARED = 16
 """With this many phi to one theta_d a series takes less time than nodes for each."""

@@ -1,4 +1,4 @@
-"""Densities on the circle.
+"""Densities on the circle, the wrapped normal and the trimmed logistic.
 
 Both integrate to 1 over one turn, have period 2 pi, and tend to 1/(2 pi) as they widen.
 """
@@ -22,9 +22,9 @@ def wrap(phi: Floats) -> Floats:
 
 
 def sin_cos(phi: Floats) -> tuple[Floats, Floats]:
-    """Sine and cosine of any angle, from those of half of it, good to a few eps.
+    """Sine and cosine of any angle, from those of half of it, within (4 + |phi|) eps.
 
-    XLA's own take longer on CPUs than all else in a sum of harmonics.
+    XLA's own take longer on CPUs.
     """
     sin, cos = numerics.sin_cos(wrap(phi) / 2)
     return 2 * sin * cos, 1 - 2 * sin * sin

@@ -23,6 +23,7 @@ from fiberjax.rules import (
     answer,
     by_case,
     by_form,
+    check_tolerance,
     lobe_by_lobe,
     whole_shape,
 )
@@ -126,11 +127,11 @@ class GaussGamma(Rule):
 
     Args:
         order: number of nodes on [0, pi/2], or on each part of it, >= 1.
-        tolerance: error allowed in the density, relative to its peak; None for that of
-            the dtype.
+        tolerance: error allowed in the density, relative to its peak, in (0, 1); None
+            for that of the dtype.
 
     Raises:
-        ValueError: order is not an integer >= 1.
+        ValueError: order is not an integer >= 1, or tolerance lies outside (0, 1).
     """
 
     order: int = 64
@@ -139,6 +140,8 @@ class GaussGamma(Rule):
     def __post_init__(self):
         order = lobe_number("order", self.order, lowest=1)
         object.__setattr__(self, "order", order)
+        if self.tolerance is not None:
+            check_tolerance(self.tolerance)
 
     def average(self, weight, section):
         def term(offset, share):

@@ -97,7 +97,8 @@ def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
     stacked = jnp.stack(jnp.broadcast_arrays(*values), -1)
     # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
     largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
-    alive = largest >= float(jnp.finfo(stacked.dtype).tiny) ** 0.5
+    # NaN is light of some kind: it must reach the result.
+    alive = ~(largest < float(jnp.finfo(stacked.dtype).tiny) ** 0.5)
     share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
     return share / share.sum(-1, keepdims=True), alive[..., 0]
 

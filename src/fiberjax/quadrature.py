@@ -60,9 +60,9 @@ def gauss_legendre_unit(order: int) -> Nodes:
 def stretched_unit(order: int, tolerance: float) -> Nodes:
     """Gauss-Legendre on [0, 1] through x = asin(a t)/asin a, for bumps.
 
-    Nodes lie nearly evenly, which bumps that vanish at both ends need fewer of, by a
-    fifth. The map is singular outside [-1, 1]; a is chosen such that this leaves an
-    error of the order of the tolerance.
+    Nodes lie nearly evenly: bumps that vanish at both ends need fewer of them. The map
+    is singular outside [-1, 1]; a is chosen such that this leaves an error of the order
+    of the tolerance.
 
     Reference: Kosloff and Tal-Ezer 1993.
     """

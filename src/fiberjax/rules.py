@@ -220,3 +220,9 @@ def check_rule(rule: Any) -> None:
             f"rule = {rule!r}: must be fiberjax.auto(tolerance) or one of GaussH, "
             "GaussGamma, Windowed, Series"
         )
+
+
+def check_tolerance(tolerance) -> None:
+    """ValueError unless the tolerance is a number in (0, 1)."""
+    if not isinstance(tolerance, float) or not 0 < tolerance < 1:
+        raise ValueError(f"tolerance = {tolerance!r}: must be a number in (0, 1)")

@@ -77,7 +77,7 @@ def scaled(along: Floats) -> tuple[Floats, Floats]:
     The largest is a constant to the derivatives; all are 0 where it is.
     """
     largest = jax.lax.stop_gradient(along.max(-1))
-    seen = largest >= jnp.finfo(largest.dtype).tiny
+    seen = ~(largest < jnp.finfo(largest.dtype).tiny)
     scale = jnp.where(seen, largest, 1)[..., None]
     return jnp.where(seen[..., None], along / scale, 0), largest
 
@@ -169,7 +169,7 @@ def offset_density(model: Model, fiber: Fiber, theta_i: Floats) -> OffsetDensity
     fit = jnp.asarray(_BERNSTEIN * 12 / (3 - np.arange(4) / 3) ** 3, theta_i.dtype)
     fitted = jnp.matmul(left, fit.T, precision=jax.lax.Precision.HIGHEST)
     largest = jax.lax.stop_gradient(fitted.max(-1, keepdims=True))
-    alive = largest >= jnp.finfo(fitted.dtype).tiny
+    alive = ~(largest < jnp.finfo(fitted.dtype).tiny)
     positive = jnp.maximum(fitted / jnp.where(alive, largest, 1), _LEAST)
     a, b, c, d = jnp.moveaxis(jnp.where(alive, positive, 1), -1, 0)
     mass = (a + 2 * b + 3 * c + 4 * d) / 10

@@ -13,7 +13,7 @@ from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, pieces
 from fiberjax.graded import GaussGamma, grading, offsets_between, sum_over
 from fiberjax.quadrature import chosen, gauss_legendre_unit, stretched_unit
-from fiberjax.rules import Rule, answer, lobe_by_lobe
+from fiberjax.rules import Rule, answer, check_tolerance, lobe_by_lobe
 from fiberjax.section import deflection, stacked
 
 _SMOOTH = GaussGamma(64)
@@ -136,9 +136,3 @@ class Windowed(Rule):
         many = (2 if p > 1 else 5) * order + 8
         rules = stretched_unit(order, self.tolerance), gauss_legendre_unit(many)
         return chosen(rules, jnp.any(delta <= _CALM).astype(int), dtype)
-
-
-def check_tolerance(tolerance) -> None:
-    """ValueError unless the tolerance is a number in (0, 1)."""
-    if not isinstance(tolerance, float) or not 0 < tolerance < 1:
-        raise ValueError(f"tolerance = {tolerance!r}: must be a number in (0, 1)")
