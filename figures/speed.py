@@ -4,13 +4,15 @@ The work is TT and TRT in three channels, 2^17 directions that share nothing: `e
 by `auto`, M included, against the textbook rule of 70 nodes in h as a (directions, 70)
 array, channel by channel and without M. Beside it: a grid of 512 phi and 64 theta_d,
 the reverse-mode gradient in five scalars over 2^20 directions in blocks of 2^16, M
-against a version by jax's i0e, and the time of the exponentials of GaussGamma alone.
-Calls take turns, short ones several times in a row, and every ratio is one of medians;
-times are those of one machine, and the files differ from run to run.
+against a version by jax's i0e, the time of the exponentials of GaussGamma alone, and
+that of compiling the default rule, in the table only. Calls take turns, short ones
+several times in a row, and every ratio is one of medians; times are those of one
+machine, and the files differ from run to run.
 """
 
 from functools import partial
 from itertools import pairwise
+from time import perf_counter
 
 import jax
 import jax.numpy as jnp
@@ -121,7 +123,7 @@ def fiber(beta_n, dtype):
 
 @partial(jax.jit, static_argnums=0)
 def ours(rule, hair, phi, theta_d):
-    """TT + TRT by a rule, with M."""
+    """TT + TRT by a rule, with M, of angles that broadcast."""
     choices = {"lobes": (1, 2), "rest": False, "rule": rule}
     return fiberjax.evaluate(hair, -0.9 * theta_d, 1.1 * theta_d, phi, **choices)
 
@@ -141,14 +143,6 @@ def total(rule, scalars, phi, theta_d):
 
 
 gradient = jax.jit(jax.grad(total, argnums=1), static_argnums=0)
-
-
-@partial(jax.jit, static_argnums=0)
-def on_grid(rule, beta_n, phi, theta_d):
-    """TT + TRT where many phi share each theta_d."""
-    optics = {"eta": ETA, "sigma_a": jnp.asarray(SIGMA_A, phi.dtype), "beta_n": beta_n}
-    lobes = [fiberjax.N(p, phi, theta_d, rule=rule, **optics) for p in (1, 2)]
-    return lobes[0] + lobes[1]
 
 
 def calls():
@@ -173,10 +167,9 @@ def calls():
         ]
         flat = [x.ravel() for x in jnp.broadcast_arrays(axes[0], axes[1][:, None])]
         for beta_n in GRID_BETA_N:
-            s = width(beta_n)
-            found["grid", dtype, "plain", beta_n] = partial(plain, *flat, s)
+            found["grid", dtype, "plain", beta_n] = partial(plain, *flat, width(beta_n))
             found["grid", dtype, "auto(1e-06)", beta_n] = partial(
-                on_grid, auto(1e-6), s, axes[0], axes[1][:, None]
+                ours, auto(1e-6), fiber(beta_n, dtype), axes[0], axes[1][:, None]
             )
         for beta_n in GRADIENT_BETA_N:
             blocks = [x.reshape(-1, BLOCK) for x in directions(dtype, 8 * COUNT)]
@@ -205,8 +198,38 @@ def nodes(setting):
     return f"{order} nodes" if name == "GaussGamma" else ""
 
 
+def compiling(f, *arguments):
+    """Seconds until a function that was never called is ready to run."""
+    start = perf_counter()
+    jax.jit(f).lower(*arguments).compile()
+    return perf_counter() - start
+
+
+def compile_rows():
+    """The default rule: N of TRT, and `evaluate`; the plain rule has both lobes."""
+    rows = []
+    for dtype in ("float32", "float64"):
+        at = directions(dtype, 1000)
+        hair = fiber(0.3, dtype)
+
+        def N(phi, theta_d, hair):
+            optics = {"eta": hair.eta, "sigma_a": hair.sigma_a, "beta_n": hair.beta_n}
+            return fiberjax.N(2, phi, theta_d, **optics)
+
+        def evaluate(phi, theta_d, hair):
+            return fiberjax.evaluate(hair, -0.9 * theta_d, 1.1 * theta_d, phi)
+
+        first = compiling(plain, *at, hair.beta_n)
+        for f in (N, evaluate):
+            key = "compile", dtype, f.__name__, 0.3
+            rows.append((key, compiling(f, *at, hair), first))
+    return rows
+
+
 def measure():
     """(work, dtype, setting, width), seconds, and those of plain JAX."""
+    progress("compile")
+    rows = compile_rows()
     timed = calls()
     for key, call in timed.items():
         progress(", ".join(map(str, key)))
@@ -214,7 +237,6 @@ def measure():
     exps = {("exp", dtype): call for dtype, call in exp_calls().items()}
     times = medians(timed | exps, ROUNDS, AT_LEAST)
     each = {dtype: exp_row(dtype, times["exp", dtype]).seconds for _, dtype in exps}
-    rows = []
     for key in timed:
         work, dtype, setting, width = key
         if work == "exp limit":
@@ -227,10 +249,11 @@ def measure():
 
 
 def counted(work):
-    """Values in one call."""
+    """Values in one call; compiling is one."""
     grid = GRID[0] * GRID[1]
     cones = len(m_forms.CONES) * len(m_forms.THETA_O)
-    return {"grid": grid, "gradient": 8 * COUNT, "M": cones}.get(work, COUNT)
+    others = {"grid": grid, "gradient": 8 * COUNT, "M": cones, "compile": 1}
+    return others.get(work, COUNT)
 
 
 def table(rows):

@@ -290,7 +290,7 @@ FLOORS = (
     {"section"},
     {"crossings"},
     {"rules", "roots"},
-    {"graded", "textbook"},
+    {"graded", "orders", "textbook"},
     {"series", "windows"},
     {"auto"},
     {"azimuthal"},

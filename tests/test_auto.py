@@ -1,7 +1,9 @@
 """The rule that chooses: what it promises at every roughness, and what it chooses."""
 
+import csv
 import math
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -10,7 +12,12 @@ import numpy as np
 import pytest
 
 import fiberjax as fj
+from fiberjax.auto import _Graded
+from fiberjax.detectors import DETECTORS
+from fiberjax.rules import Seen
+from fiberjax.section import section
 
+NODES = Path(__file__).parents[1] / "figures" / "nodes.csv"
 COUNT = 48
 RANGES = ((1e-6, 0.06), (0.06, 0.3), (0.3, 100.0))
 SPARE = (fj.Windowed(120), fj.GaussGamma(400), fj.GaussGamma(300))
@@ -174,3 +181,23 @@ def test_a_narrow_range_of_roughness(s_min, s_max, detector):
             peak = fj.N(2, turn, theta_d, beta_n=beta_n, **optics).max(0)
             error = np.abs(np.asarray(found - exact)) / np.asarray(peak)
             assert error.max() < 1e-9 + 1e-14 / beta_n
+
+
+def test_the_model_of_the_orders():
+    """Against the searches of figures/nodes.py: seldom below them, never by much."""
+    with NODES.open() as file:
+        searches = [row for row in csv.DictReader(file) if row["p"] != "fit"]
+    assert len(searches) > 1000
+    detector, ratios = DETECTORS["normal"], []
+    for row in searches:
+        p, tolerance = int(row["p"]), float(row["tolerance"])
+        eta, sigma_a, beta_n, theta_d = (
+            float(row[name]) for name in ("eta", "sigma_a", "beta_n", "theta_d")
+        )
+        here = section(*(jnp.asarray(x) for x in (np.radians(theta_d), eta, sigma_a)))
+        seen = [Seen(p, jnp.asarray(beta_n), jnp.ones(()))]
+        taken = float(_Graded(tolerance=tolerance).need(seen, here, detector))
+        assert taken == pytest.approx(float(row["taken"]), abs=0.02)
+        ratios.append(taken / float(row["needed"]))
+    assert min(ratios) > 0.95
+    assert np.mean(np.array(ratios) < 1) < 0.01

@@ -22,17 +22,18 @@ NAMES = (
     "fits_against_lobes",
     "furnace",
     "lobes",
+    "nodes",
     "speed",
     "stability",
     "tilt",
     "variance",
 )
-TABLES = ("error_vs_time", "furnace", "speed", "stability", "variance")
+TABLES = ("error_vs_time", "furnace", "nodes", "speed", "stability", "variance")
 # Times differ from run to run, and one takes minutes and has tests of its own.
 REPRODUCIBLE = tuple(
     name
     for name in NAMES
-    if name not in ("error_vs_time", "speed", "stability", "variance")
+    if name not in ("error_vs_time", "nodes", "speed", "stability", "variance")
 )
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 # Names that hash what they name, down to its last bit.
@@ -383,7 +384,7 @@ def test_speed_has_every_work():
     """Each ratio is that of the two times beside it, and nothing is left out."""
     table = rows(FIGURES / "speed.csv")
     works = {row["work"] for row in table}
-    assert works == {"directions", "grid", "gradient", "exp limit", "M"}
+    assert works == {"directions", "grid", "gradient", "exp limit", "M", "compile"}
     tiers = {
         (row["dtype"], row["setting"]) for row in table if row["work"] == "directions"
     }
@@ -391,3 +392,5 @@ def test_speed_has_every_work():
     for row in table:
         ratio = float(row["ns_plain"]) / float(row["ns"])
         assert float(row["ratio"]) == pytest.approx(ratio, rel=2e-3)
+        if row["setting"] == "N":
+            assert float(row["ns"]) < 3e9

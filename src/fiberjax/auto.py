@@ -12,6 +12,7 @@ import numpy as np
 from fiberjax._types import Floats
 from fiberjax.detectors import Detector
 from fiberjax.graded import GaussGamma, grading, highest
+from fiberjax.orders import needed, turning
 from fiberjax.quadrature import TOGETHER, chosen, gauss_legendre_unit
 from fiberjax.rules import (
     Case,
@@ -51,40 +52,6 @@ _STEP = 1.08
 """Between the orders that can be chosen when running."""
 
 
-def _turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
-    """The fastest that Phi turns from node to node, times their number.
-
-    |Phi'|/2 over the density of Gauss-Legendre nodes, at its largest along the map of
-    `graded_offsets`, for every |cos theta_d| from cos on.
-    """
-    stretch = xp.arcsinh(math.pi / 2 / delta)
-    t = xp.linspace(0, 1, 9, dtype=delta.dtype)
-    x = delta[..., None] * xp.sinh(stretch[..., None] * (1 - t))
-    spacing = xp.sqrt((delta * delta)[..., None] + x * x)
-    k = ((eta - 1) * (eta + 1))[..., None]
-
-    def bent(cos):
-        mu = cos * xp.sin(xp.minimum(x, math.pi / 2))
-        return p * mu / xp.sqrt(k + mu * mu + 1e-30)
-
-    rate = xp.maximum(1 - bent(cos), bent(1.0) - 1)
-    return stretch * xp.max(spacing * rate * xp.sqrt(t * (1 - t) + 0.02), -1)
-
-
-def _nodes(turns: Any, delta: Any, p: int, tolerance: float, xp: Any):
-    """Nodes that `GaussGamma` needs for an error below the tolerance.
-
-    A fit to searches for the smallest order over the whole domain; tests/test_auto.py
-    holds the rules to it. One term is for the detector, of which `turns` is the
-    bandwidth times `_turning`, one for the optics, which change over `delta` at
-    grazing.
-    """
-    digits = math.log(1 / tolerance)
-    stretch = xp.arcsinh(math.pi / 2 / delta)
-    smooth = 4.3 + 0.5 * p + xp.maximum(0.355 * stretch, 0.43 + 0.1 * p) * digits
-    return ((1.06 * turns) ** 2.4 + smooth**2.4) ** (1 / 2.4)
-
-
 @dataclass(frozen=True)
 class _Graded(GaussGamma):
     """`GaussGamma` with as many nodes as it takes, which is known when running."""
@@ -99,12 +66,12 @@ class _Graded(GaussGamma):
         """The number of nodes that lobes take, for the largest |theta_d| of all."""
         eta, delta = section.eta, grading(section, highest(seen))
         cos = jnp.min(section.cos)
-        needs = [_nodes(0.0, delta, _REST, self.tolerance, jnp)]
+        needs = [needed(0.0, delta, _REST, self.digits, jnp)]
         for lobe in seen:
             if detector and lobe.p is not None:
                 band = detector.bandwidth(self.tolerance) / lobe.beta_n
-                turns = band * _turning(lobe.p, cos, eta, delta, jnp)
-                needs.append(_nodes(turns, delta, lobe.p, self.tolerance, jnp))
+                turns = band * turning(lobe.p, cos, eta, delta, jnp)
+                needs.append(needed(turns, delta, lobe.p, self.digits, jnp))
         # What is uniform in azimuth, and averages, have no p of their own.
         lobes = seen and all(lobe.p is not None for lobe in seen)
         return reduce(jnp.maximum, needs[1:] if lobes else needs)
@@ -115,9 +82,9 @@ class _Graded(GaussGamma):
         """The number of nodes that one lobe takes at any inclination."""
         scale, turns = np.float64(delta), 0.0
         if detector:
-            turning = _turning(p, 0.0, np.float64(eta), scale, np)
-            turns = detector.bandwidth(self.tolerance) / s * turning
-        return math.ceil(_nodes(turns, scale, p, self.tolerance, np))
+            band = detector.bandwidth(self.tolerance) / s
+            turns = band * turning(p, 0.0, np.float64(eta), scale, np)
+        return math.ceil(needed(turns, scale, p, self.digits, np))
 
     def longest(self, p: int, detector: Detector | None) -> int:
         """The largest number of nodes that is ever used."""
@@ -125,9 +92,14 @@ class _Graded(GaussGamma):
         return every if self.s_min >= _WIDE else max(every, self.many)
 
     @property
+    def digits(self) -> float:
+        """log(1/tolerance)."""
+        return math.log(1 / self.tolerance)
+
+    @property
     def many(self) -> int:
         """With more nodes than this windows take less time."""
-        return math.ceil(_MANY * math.log(1 / self.tolerance))
+        return math.ceil(_MANY * self.digits)
 
     def cases(self, weights, phi, section, detector):
         def needed(form):
@@ -181,7 +153,7 @@ class Auto(Rule):
         like = answer(seen, weights, phi, section)
         if self.s_min >= _WIDE:
             return by_case(seen, cases, like)
-        order = math.ceil(1.3 * math.log(1 / graded.tolerance))
+        order = math.ceil(1.3 * graded.digits)
         windows = Windowed(order, graded.tolerance)
 
         def narrow(lobe):

@@ -1,0 +1,55 @@
+"""How many nodes graded in gamma a lobe needs: a model, fitted to searches."""
+
+import math
+from typing import Any, NamedTuple
+
+
+class Fit(NamedTuple):
+    """Constants of `needed`."""
+
+    detector: float
+    power: float
+    least: float
+    segment: float
+    graded: float
+    even: float
+    bounce: float
+
+
+FIT = Fit(1.06, 2.4, 4.3, 0.5, 0.355, 0.43, 0.1)
+"""Close to the fit that figures/nodes.py makes: seldom below what is needed there."""
+
+
+def turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
+    """The fastest that Phi turns from node to node, times their number.
+
+    |Phi'|/2 over the density of Gauss-Legendre nodes, at its largest along the map of
+    `graded_offsets`, for every |cos theta_d| from cos on. eta, the scale delta of the
+    grading and the result are arrays of xp, NumPy or jax.numpy.
+    """
+    stretch = xp.arcsinh(math.pi / 2 / delta)
+    t = xp.linspace(0, 1, 9, dtype=delta.dtype)
+    x = delta[..., None] * xp.sinh(stretch[..., None] * (1 - t))
+    spacing = xp.sqrt((delta * delta)[..., None] + x * x)
+    k = ((eta - 1) * (eta + 1))[..., None]
+
+    def bent(cos):
+        mu = cos * xp.sin(xp.minimum(x, math.pi / 2))
+        # Not 0/0 at x = 0 and eta = 1.
+        return p * mu / xp.sqrt(k + mu * mu + 1e-30)
+
+    # Phi'/2 = bent - 1 grows with the cosine: one end or the other is fastest.
+    rate = xp.maximum(1 - bent(cos), bent(1.0) - 1)
+    return stretch * xp.max(spacing * rate * xp.sqrt(t * (1 - t) + 0.02), -1)
+
+
+def needed(turns: Any, delta: Any, p: Any, digits: Any, xp: Any, fit: Fit = FIT):
+    """Nodes for an error below exp(-digits), relative to the peak over phi.
+
+    One term is for the detector, of which `turns` is the bandwidth times `turning`, one
+    for the optics, which change over `delta` at grazing.
+    """
+    stretch = xp.arcsinh(math.pi / 2 / delta)
+    rate = xp.maximum(fit.graded * stretch, fit.even + fit.bounce * p)
+    smooth = fit.least + fit.segment * p + rate * digits
+    return ((fit.detector * turns) ** fit.power + smooth**fit.power) ** (1 / fit.power)
