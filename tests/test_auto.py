@@ -157,6 +157,8 @@ def test_a_static_choice():
         fj.Windowed(0)
     with pytest.raises(ValueError, match=r"tolerance = 2\.0"):
         fj.Windowed(20, 2.0)
+    with pytest.raises(ValueError, match=r"tolerance = 1\.0"):
+        fj.GaussGamma(20, 1.0)
     with pytest.raises(ValueError, match="terms = 0"):
         fj.Series(20, 0)
 

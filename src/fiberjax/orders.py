@@ -5,7 +5,16 @@ from typing import Any, NamedTuple
 
 
 class Fit(NamedTuple):
-    """Constants of `needed`."""
+    """Constants of `needed`: numbers of nodes, the last three for each e-fold of error.
+
+    detector   for a turn from node to node in units of the detector's wave length
+    power      exponent by which the two terms are joined
+    least      for any lobe
+    segment    for each segment inside
+    graded     for each e-fold of the grading
+    even       for a lobe without one
+    bounce     for each segment beside it
+    """
 
     detector: float
     power: float
@@ -17,7 +26,7 @@ class Fit(NamedTuple):
 
 
 FIT = Fit(1.06, 2.4, 4.3, 0.5, 0.355, 0.43, 0.1)
-"""Close to the fit that figures/nodes.py makes: seldom below what is needed there."""
+"""Near the fit that figures/nodes.py makes, and hardly ever below what it finds."""
 
 
 def turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
