@@ -131,15 +131,18 @@ EVERY_RULE = [
 
 @pytest.mark.parametrize("rule", EVERY_RULE, ids=str)
 def test_nan_is_not_masked(rule):
-    """Of one element it is the value, and the others are what they are without it."""
-    for p, beta_n in itertools.product((0, 1), (0.01, 0.3, 3.0)):
+    """Of one element it is the value; the others are what they are without it.
+
+    Far from every ray, too.
+    """
+    for p, beta_n, far in itertools.product((0, 1), (0.01, 0.3, 3.0), (False, True)):
 
         def value(points, p=p):
             phi, theta_d, eta, beta_n, sigma_a = points
             optics = {"eta": eta, "beta_n": beta_n, "sigma_a": sigma_a[0]}
             return np.asarray(fj.N(p, phi, theta_d, rule=rule, **optics))
 
-        phi = np.linspace(2.9, 3.0, 40)
+        phi = np.linspace(0.02, 0.1, 40) if far else np.linspace(2.9, 3.0, 40)
         clean = [phi, *np.tile([[0.1], [1.55], [beta_n], [0.1]], 40)]
         right = value(clean)
         assert np.isfinite(right).all()

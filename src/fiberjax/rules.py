@@ -79,7 +79,7 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
         return cases[0].value(seen)
 
     # Every case reads the factors: none is to compute them anew.
-    factors = numerics.stored(lambda: [lobe.factor for lobe in seen], seen[0].beta_n)
+    factors = numerics.stored(lambda: [x.factor for x in seen], abs(seen[0].beta_n))
     seen = [x._replace(factor=f) for x, f in zip(seen, factors, strict=True)]
 
     def takes(lobe):

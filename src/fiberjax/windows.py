@@ -116,7 +116,8 @@ class Windowed(Rule):
             def more():
                 return jax.tree.map(jnp.add, total, window(target, off, piece))
 
-            seen = jnp.any(~(off >= sight))  # and so where either is NaN
+            # NaN is seen too, in the optics as well: it must reach the result.
+            seen = jnp.any(~((off >= sight) & (delta > 0)))
             return jax.lax.cond(seen, more, lambda: total), None
 
         signs, shifts, numbers = zip(*_targets(p), strict=True)
