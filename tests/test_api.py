@@ -299,7 +299,9 @@ FLOORS = (
     {"selection"},
     {"energy", "farfield", "frame", "sampling", "smooth"},
     {"approximation"},
-    {"fitting"},
+    {"fitting", "shading"},
+    {"karis"},
+    {"realtime"},
 )
 
 

@@ -7,6 +7,8 @@ S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe wid
 standard deviations in radians, lengths are in fiber radii.
 """
 
+from fiberjax import karis as karis
+from fiberjax import realtime as realtime
 from fiberjax.auto import auto as auto
 from fiberjax.azimuthal import N as N
 from fiberjax.circular import trimmed_logistic as trimmed_logistic

@@ -1,0 +1,112 @@
+"""Real-time approximations of `evaluate`, by the name of their tier.
+
+    karis2016   Karis 2016 as published. It knows beta_n of no lobe, and eta only in F:
+                its eta' is fitted for 1.55. fiberjax.karis has its artist parameters,
+                scattering and environment light.
+
+What they are worth is in fits/quality.json.
+"""
+
+from collections.abc import Callable
+from functools import partial, reduce
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from fiberjax import karis
+from fiberjax._types import Floats, Reals, choice, lobe_number
+from fiberjax.fiber import Fiber
+from fiberjax.model import prepare
+from fiberjax.shading import LOBES, of_angles, of_fiber
+
+
+class Tier(NamedTuple):
+    """An approximation: M N of a lobe from constants, a hair and directions."""
+
+    lobe: Callable[..., Floats]
+    constants: Any
+
+
+_TIERS = {"karis2016": Tier(karis.lobe, karis.PUBLISHED)}
+
+TIERS = tuple(_TIERS)
+"""The names of all tiers."""
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _lobes(tier: str, lobes: tuple[int, ...], constants, fiber: Fiber, *angles):
+    directions = of_angles(*jnp.broadcast_arrays(*angles))
+    hair = of_fiber(fiber)
+    each = [_TIERS[tier].lobe(p, constants, hair, directions) for p in lobes]
+    total = reduce(jnp.add, each)
+    if fiber.sigma_a is None or not fiber.sigma_a.ndim:
+        return total[..., 0]
+    shape = (*directions.cos_d.shape, *fiber.sigma_a.shape)
+    return jnp.broadcast_to(total, shape)
+
+
+def _called(tier, lobes, fiber, angles, constants):
+    choice("tier", tier, TIERS)
+    fiber, angles = prepare(fiber, *angles)
+    constants = _TIERS[tier].constants if constants is None else constants
+    dtype = angles[0].dtype
+    constants = jax.tree.map(lambda x: jnp.asarray(x, dtype), constants)
+    return _lobes(tier, lobes, constants, fiber, *angles)
+
+
+def evaluate(
+    tier: str,
+    fiber: Fiber,
+    theta_i: Reals,
+    theta_o: Reals,
+    phi: Reals,
+    *,
+    constants: Any = None,
+) -> Floats:
+    """R + TT + TRT of an approximation: what `fiberjax.evaluate` returns without rest.
+
+    Args:
+        tier: static, one of `TIERS`.
+        fiber: one fiber; jax.vmap makes many.
+        theta_i: inclination towards the light in radians, [-pi/2, pi/2].
+        theta_o: inclination towards the eye in radians, [-pi/2, pi/2].
+        phi: azimuth phi_o - phi_i in radians, any real.
+        constants: a PyTree in place of the tier's own, as a fit has it.
+
+    Returns:
+        S cos(theta_o) per steradian, shape broadcast(angles) + sigma_a.shape, dtype of
+        the angles.
+
+    Raises:
+        ValueError: an unknown tier; a field of the fiber has the wrong shape.
+    """
+    return _called(tier, LOBES, fiber, (theta_i, theta_o, phi), constants)
+
+
+def lobe(
+    tier: str,
+    fiber: Fiber,
+    p: int,
+    theta_i: Reals,
+    theta_o: Reals,
+    phi: Reals,
+    *,
+    constants: Any = None,
+) -> Floats:
+    """One lobe of `evaluate`.
+
+    Args:
+        tier, fiber, theta_i, theta_o, phi, constants: as in `evaluate`.
+        p: 0 R, 1 TT, 2 TRT.
+
+    Returns:
+        M_p N_p per steradian, shape broadcast(angles) + sigma_a.shape.
+
+    Raises:
+        ValueError: p is none of these, and as `evaluate`.
+    """
+    p = lobe_number("p", p)
+    if p not in LOBES:
+        raise ValueError(f"p = {p}: must be one of {LOBES}")
+    return _called(tier, (p,), fiber, (theta_i, theta_o, phi), constants)
