@@ -161,12 +161,12 @@ def sample(
         lobe_first   h is uniform, w_p in proportion to the channel mean of A_p at the
                      specular cone, folded where it has passed a pole; q = p;
                      weight = A_q/w_q. The sampler of d'Eon et al. 2013.
-        lobe_again   q is chosen anew, by P_q = M_q A_q/(sum_r M_r A_r), channel means
-                     of A at the actual theta_d;
-                     weight = M_q A_q/(P_q sum_p w_p M_p).
-        guided       lobe_again, with w_p at the mean inclination of M_p instead of its
-                     cone, and h from a density r(h)/2 that follows the light left in
-                     all lobes; weight as before, over r.
+        lobe_again   w_p follows A_p at one inclination for all, the mean one of an M
+                     with twice the v of R's; q is chosen anew, by
+                     P_q = M_q A_q/(sum_r M_r A_r), channel means of A at the actual
+                     theta_d; weight = M_q A_q/(P_q sum_p w_p M_p).
+        guided       lobe_again, with h from a density r(h)/2 that follows the light
+                     left in all lobes; weight as before, over r.
 
     The variance of the weight, against that of lobe_first, is in figures/variance.
 

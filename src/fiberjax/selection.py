@@ -1,10 +1,12 @@
 """How `sample` chooses offset and lobe, and with which probability: for its pdf too.
 
 - lobe_first   h uniform; a lobe by w_p(h); it leaves by that lobe
-- lobe_again   the same, then the lobe it leaves by is chosen with theta_o known
-- guided       lobe_again, with h from a density and w_p from a better inclination
+- lobe_again   the same with a better w_p, then the lobe it leaves by is chosen with
+               theta_o known
+- guided       lobe_again, with h from a density
 """
 
+import math
 from typing import Any, NamedTuple
 
 import jax
@@ -50,15 +52,19 @@ def mean_inclination(theta_i: Floats, shape: LobeShape) -> Floats:
 def first_choice(
     model: Model, strategy: str, fiber: Fiber, theta_i: Floats, offset: Offset
 ) -> tuple[Floats, Any]:
-    """Probability w_p(h) of each part, and whether any light is left."""
-    if strategy != "guided":
+    """Probability w_p(h) of each part, and whether any light is left.
+
+    Where the lobe is chosen again one ray serves all parts, at the mean inclination of
+    a lobe with twice the v of the first: the second choice makes up for what the others
+    differ by.
+    """
+    if strategy == "lobe_first":
         return model.selection(fiber, theta_i, offset)
-    kept = []
-    for part in model.parts:
-        theta = mean_inclination(theta_i, model.shape(fiber, part))
-        one = ray(offset, model.section(fiber, theta_i, theta))
-        kept.append(model.attenuation(part, one).mean())
-    return shares(kept)
+    shape = model.shape(fiber, model.parts[0])
+    wider = shape._replace(beta_m=shape.beta_m * math.sqrt(2))
+    section = model.section(fiber, theta_i, mean_inclination(theta_i, wider))
+    one = ray(offset, section)
+    return shares([model.attenuation(part, one).mean() for part in model.parts])
 
 
 def second_choice(model: Model, along: Floats, one: Ray) -> tuple[Floats, Any]:
