@@ -4,14 +4,19 @@ BIN := .venv/bin
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help test test-slow lint format fits figures clean
+# What pip installs of the optional parts; the shaders are run where `shader` is.
+EXTRAS ?= fits,figures,test
+SUDO := $(shell [ "$$(id -u)" = 0 ] || command -v sudo)
+
+.PHONY: help test test-slow lint format fits shaders shader-deps figures clean
 
 help:
 	@echo "make test | test-slow | lint | format | fits | figures | clean"
+	@echo "make shaders | shader-deps"
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install -q -e '.[fits,figures,test]'
+	$(BIN)/pip install -q -e '.[$(EXTRAS)]'
 	touch $@
 
 test: .venv/installed
@@ -31,6 +36,19 @@ format: .venv/installed
 
 fits: .venv/installed
 	@for script in fits/*.py; do $(BIN)/python $$script || exit 1; done
+
+shaders: .venv/installed
+	$(BIN)/python fits/shaders.py
+
+# Tests compile and run the shaders where these are.
+DEPS := mesa-vulkan-drivers glslang-tools spirv-tools
+shader-deps:
+	@if command -v apt-get > /dev/null; then \
+	  $(SUDO) apt-get -qq update && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	    apt-get -qq -y --no-install-recommends install $(DEPS); \
+	else \
+	  echo "no apt-get: install Mesa's Vulkan drivers, glslang and SPIRV-Tools"; \
+	fi
 
 figures: .venv/installed
 	@for script in figures/[a-z]*.py; do $(BIN)/python $$script || exit 1; done

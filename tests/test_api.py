@@ -281,7 +281,7 @@ def test_bad_input_says_what_is_allowed(case):
 
 
 FLOORS = (
-    {"_types"},
+    {"_types", "expression"},
     {"numerics", "quadrature"},
     {"bessel", "circular", "fresnel"},
     {"spherical"},
@@ -302,6 +302,10 @@ FLOORS = (
     {"fitting", "shading"},
     {"karis"},
     {"realtime"},
+    {"languages", "regrouping", "tracing"},
+    {"statements"},
+    {"emission"},
+    {"shader"},
 )
 
 

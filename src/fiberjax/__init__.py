@@ -9,6 +9,7 @@ standard deviations in radians, lengths are in fiber radii.
 
 from fiberjax import karis as karis
 from fiberjax import realtime as realtime
+from fiberjax import shader as shader
 from fiberjax.auto import auto as auto
 from fiberjax.azimuthal import N as N
 from fiberjax.circular import trimmed_logistic as trimmed_logistic

@@ -4,16 +4,18 @@ Every function takes the constants, a PyTree of numbers, so that fits act on the
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+from jax.ad_checkpoint import checkpoint_name
 
 from fiberjax import numerics
 from fiberjax._types import Floats, Reals, floats, last_axis
-from fiberjax.shading import PASS, Directions, Hair, of_angles
+from fiberjax.shading import PASS, Directions, Hair, added, of_angles
 
-_LEAST = 1e-6
-"""Least cosine that is divided by; nothing is seen next to it."""
+_DARKEST = 1e-30
+"""Least component of a base color: what is black has a logarithm too."""
 
 _LUMA = (0.2126, 0.7152, 0.0722)
 """Luminance of linear colors, Rec. 709."""
@@ -40,25 +42,33 @@ PUBLISHED = Constants()
 
 def _gaussian(x: Floats, beta: Floats) -> Floats:
     """Density of deviation beta, in whatever x is measured in."""
-    return jnp.exp(-((x / beta) ** 2) / 2) / (beta * math.sqrt(2 * math.pi))
+    beta = checkpoint_name(beta, "beta")
+    narrow = checkpoint_name(-0.5 / (beta * beta), "narrow")
+    peak = checkpoint_name(1 / (beta * math.sqrt(2 * math.pi)), "peak")
+    return peak * jnp.exp(narrow * (x * x))
 
 
 def _M(p: int, hair: Hair, at: Directions) -> Floats:
     """A Gaussian in sin theta about the specular cone."""
-    return _gaussian(at.sin_i + at.sin_o - hair.tilt[p], hair.beta_m[p])
+    tilt = checkpoint_name(hair.tilt[p], "tilt")
+    off = checkpoint_name(at.sin_i + at.sin_o - tilt, "off")
+    return _gaussian(off, hair.beta_m[p])
 
 
 def _schlick(cos: Floats, eta: Floats) -> Floats:
-    root = (eta - 1) / (eta + 1)
-    x = 1 - cos
-    return root * root + (1 - root * root) * (x * x) * (x * x) * x
+    root = checkpoint_name((eta - 1) / (eta + 1), "root")
+    f0 = checkpoint_name(root * root, "f0")
+    f1 = checkpoint_name(1 - f0, "f1")
+    x = checkpoint_name(1 - cos, "x")
+    return checkpoint_name(f0 + f1 * x**5, "F")
 
 
 def _let_through(hair: Hair, passes: Floats) -> Floats:
     """C to the power of `passes`, on a last axis of colors."""
     if hair.sigma_a is None:
         return jnp.ones_like(passes)[..., None]
-    return jnp.exp(-PASS * hair.sigma_a * passes[..., None])
+    log_color = checkpoint_name(-PASS * hair.sigma_a, "log_color")
+    return jnp.exp(log_color * passes[..., None])
 
 
 def R(k: Constants, hair: Hair, at: Directions) -> Floats:
@@ -70,13 +80,16 @@ def R(k: Constants, hair: Hair, at: Directions) -> Floats:
     al. 2014. N = cos(phi/2)/4 F, in which cos(phi/2) is the one in M's denominator.
     """
     del k
-    alpha, c = hair.tilt[0] / 2, at.cos_half_phi
-    sin, cos = jnp.sin(alpha), jnp.cos(alpha)
-    shift = 2 * sin * (cos * at.cos_o * c + sin * at.sin_o)
+    alpha, c = checkpoint_name(hair.tilt[0] / 2, "alpha"), at.cos_half_phi
+    sin, cos = checkpoint_name(jnp.sin(alpha), "sin_alpha"), jnp.cos(alpha)
+    across = checkpoint_name(2 * (sin * cos), "shift_across")
+    along = checkpoint_name(2 * (sin * sin), "shift_along")
+    shift = checkpoint_name(across * at.cos_o * c + along * at.sin_o, "shift")
+    off = (at.sin_i + at.sin_o - shift) * at.over_half_phi
     width = math.sqrt(2) * hair.beta_m[0]
-    away = (at.sin_i + at.sin_o - shift) / jnp.maximum(c, _LEAST)
-    half = numerics.sqrt(0.5 + 0.5 * at.cos_io)
-    return (_gaussian(away, width) / 4 * _schlick(half, hair.eta))[..., None]
+    half = checkpoint_name(numerics.sqrt(0.5 + 0.5 * at.cos_io), "cos_half")
+    F = _schlick(half, hair.eta)
+    return (_gaussian(checkpoint_name(off, "off"), width) / 4 * F)[..., None]
 
 
 def R_separable(k: Constants, hair: Hair, at: Directions) -> Floats:
@@ -94,12 +107,16 @@ def TT(k: Constants, hair: Hair, at: Directions) -> Floats:
     phi; F is Schlick's at cos theta_d sqrt(1 - h^2).
     """
     a = at.cos_d / (k.eta_prime[0] + k.eta_prime[1] * at.cos_d**2)
+    a = checkpoint_name(a, "a")
     h = (1 + a * (k.h_tt[0] + k.h_tt[1] * at.cos_phi)) * at.cos_half_phi
+    h = checkpoint_name(h, "h")
     F = _schlick(at.cos_d * numerics.sqrt(1 - h * h), hair.eta)
     D = jnp.exp(k.d_tt[0] * at.cos_phi + k.d_tt[1])
-    passes = numerics.sqrt(1 - (h * a) ** 2) / (2 * jnp.maximum(at.cos_d, _LEAST))
-    left = (1 - F) ** 2 * D * _M(1, hair, at)
-    return left[..., None] * _let_through(hair, passes)
+    inside = checkpoint_name(h * a, "sin_inside")
+    passes = 0.5 * numerics.sqrt(1 - inside * inside) * at.over_d
+    passed = checkpoint_name(1 - F, "passed")
+    left = passed**2 * D * _M(1, hair, at)
+    return left[..., None] * _let_through(hair, checkpoint_name(passes, "passes"))
 
 
 def TRT(k: Constants, hair: Hair, at: Directions) -> Floats:
@@ -107,10 +124,13 @@ def TRT(k: Constants, hair: Hair, at: Directions) -> Floats:
 
     N = (1 - F)^2 F C^(.8/cos theta_d) D with one offset h for all phi.
     """
-    F = _schlick(at.cos_d * numerics.sqrt(jnp.asarray(1 - k.h_trt**2)), hair.eta)
+    F = _schlick(
+        at.cos_d * numerics.sqrt(jnp.asarray(1 - k.h_trt**2, at.cos_d.dtype)), hair.eta
+    )
     D = jnp.exp(k.d_trt[0] * at.cos_phi + k.d_trt[1])
-    left = (1 - F) ** 2 * F * D * _M(2, hair, at)
-    passes = k.absorbed_trt / jnp.maximum(at.cos_d, _LEAST)
+    passed = checkpoint_name(1 - F, "passed")
+    left = passed**2 * F * D * _M(2, hair, at)
+    passes = checkpoint_name(k.absorbed_trt * at.over_d, "passes")
     return left[..., None] * _let_through(hair, passes)
 
 
@@ -146,6 +166,7 @@ def of_artist(artist: Artist, wider: Floats | float = 0.0) -> Hair:
     eta is 1.55, which eta' is fitted for. beta_n, which nothing here knows, is 0.
     """
     color, _, roughness, _, shift = map(jnp.asarray, artist)
+    color = checkpoint_name(jnp.maximum(color, _DARKEST), "color")
     beta_m = tuple(factor * roughness**2 + wider for factor in (1, 0.5, 2))
     tilt = tuple(factor * shift for factor in (-2, 1, 4))
     eta, none = (jnp.full_like(roughness, x) for x in (1.55, 0))
@@ -158,10 +179,23 @@ def scattering(color: Floats, at: Directions, shadow: Floats) -> Floats:
     sqrt(C) (n . w_i + 1)/(4 pi) (C/luma)^(1 - shadow), n = the part of w_o across the
     tangent, normalized; luma is that of Rec. 709, which is not said there.
     """
+    color = checkpoint_name(jnp.maximum(color, _DARKEST), "color")
     fake = at.cos_i * at.cos_phi
-    luma = color @ jnp.asarray(_LUMA, color.dtype)
+    luma = checkpoint_name(color @ jnp.asarray(_LUMA, color.dtype), "luma")
     tint = (color / luma) ** (1 - shadow[..., None])
-    return jnp.sqrt(color) * (fake[..., None] + 1) / (4 * math.pi) * tint
+    tint = checkpoint_name(jnp.sqrt(color) * tint / (4 * math.pi), "tint")
+    return (fake[..., None] + 1) * tint
+
+
+PARTS: dict[str, Callable[..., Floats]] = {
+    "R": lambda artist, at, shadow, k: artist.specular * R(k, of_artist(artist), at),
+    "TT": lambda artist, at, shadow, k: TT(k, of_artist(artist), at),
+    "TRT": lambda artist, at, shadow, k: TRT(k, of_artist(artist), at),
+    "scattering": lambda artist, at, shadow, k: (
+        artist.scatter * scattering(artist.base_color, at, shadow)
+    ),
+}
+"""The terms that one light adds, each on a last axis of colors or of one."""
 
 
 def shade(
@@ -194,10 +228,8 @@ def shade(
     Reference: Karis 2016.
     """
     artist, (*angles, shadow) = _prepare(artist, theta_i, theta_o, phi, shadow)
-    at, hair = of_angles(*jnp.broadcast_arrays(*angles)), of_artist(artist)
-    color, specular, _, scatter, _ = artist
-    direct = specular * R(k, hair, at) + TT(k, hair, at) + TRT(k, hair, at)
-    return direct + scatter * scattering(color, at, shadow)
+    at = of_angles(*jnp.broadcast_arrays(*angles))
+    return added([part(artist, at, shadow, k) for part in PARTS.values()])
 
 
 def environment(

@@ -7,8 +7,10 @@
 What they are worth is in fits/quality.json.
 """
 
+import json
 from collections.abc import Callable
-from functools import partial, reduce
+from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
@@ -18,7 +20,7 @@ from fiberjax import karis
 from fiberjax._types import Floats, Reals, choice, lobe_number
 from fiberjax.fiber import Fiber
 from fiberjax.model import prepare
-from fiberjax.shading import LOBES, of_angles, of_fiber
+from fiberjax.shading import LOBES, added, of_angles, of_fiber
 
 
 class Tier(NamedTuple):
@@ -34,12 +36,51 @@ TIERS = tuple(_TIERS)
 """The names of all tiers."""
 
 
+COSTS = Path(__file__).parent / "data" / "operations.json"
+"""Operations of each shader; fits/shaders.py counts them."""
+
+
+class Cost(NamedTuple):
+    """Operations of one color from directions, what hangs on the fiber alone left out.
+
+    Of the special-function unit (exp, log, reciprocal, roots, sine, cosine) and others.
+    """
+
+    special: int
+    other: int
+
+
+def cost(tier: str) -> Cost:
+    """The operations of a tier's shader.
+
+    Counted in optimized SPIR-V of `hair_bsdf_hoisted`; fits/shared/operations.py says
+    what counts as one.
+
+    Args:
+        tier: one of `TIERS`.
+
+    Returns:
+        special and other.
+
+    Raises:
+        ValueError: an unknown tier.
+    """
+    choice("tier", tier, TIERS)
+    return Cost(**json.loads(COSTS.read_text())[tier])
+
+
+def tier_of(name: str) -> Tier:
+    """The approximation of this name; ValueError if there is none."""
+    choice("tier", name, TIERS)
+    return _TIERS[name]
+
+
 @partial(jax.jit, static_argnums=(0, 1))
 def _lobes(tier: str, lobes: tuple[int, ...], constants, fiber: Fiber, *angles):
     directions = of_angles(*jnp.broadcast_arrays(*angles))
     hair = of_fiber(fiber)
-    each = [_TIERS[tier].lobe(p, constants, hair, directions) for p in lobes]
-    total = reduce(jnp.add, each)
+    lobe = _TIERS[tier].lobe
+    total = added([lobe(p, constants, hair, directions) for p in lobes])
     if fiber.sigma_a is None or not fiber.sigma_a.ndim:
         return total[..., 0]
     shape = (*directions.cos_d.shape, *fiber.sigma_a.shape)
