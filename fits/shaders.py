@@ -1,6 +1,6 @@
 """Shader source of the real-time approximations, and the operations it takes.
 
-Exact: `fiberjax.realtime.evaluate` and `fiberjax.karis.shade`, the JAX functions.
+Exact: `fiberjax.realtime.evaluate` and `fiberjax.artist.shade`, the JAX functions.
 Written: each of `fiberjax.shader.SHADERS` in HLSL, GLSL and WGSL; the operations of
 each in optimized SPIR-V, for `fiberjax.realtime.cost`, where glslangValidator,
 spirv-opt and spirv-dis are installed.

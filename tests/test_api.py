@@ -301,7 +301,7 @@ FLOORS = (
     {"approximation"},
     {"fitting", "shading"},
     {"karis"},
-    {"realtime"},
+    {"artist", "realtime"},
     {"languages", "regrouping", "tracing"},
     {"statements"},
     {"emission"},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fiberjax as fj
-from fiberjax import karis, realtime, shading
+from fiberjax import artist, karis, realtime, shading
 
 COLOR = np.array([0.65, 0.45, 0.22])
 ALPHA = -0.03
@@ -143,7 +143,7 @@ def test_shapes_follow_sigma_a():
 
 
 def test_scattering_and_environment_are_what_the_slides_print():
-    artist = karis.Artist(COLOR, 0.7, 0.5, 0.4, 0.02)
+    chosen = artist.Artist(COLOR, 0.7, 0.5, 0.4, 0.02)
     theta_i, theta_r, phi = (float(x) for x in (0.3, -0.5, 2.0))
     shadow = 0.3
     w_i = np.array([np.sin(theta_i), np.cos(theta_i) * np.cos(-phi), 0])
@@ -168,12 +168,14 @@ def test_scattering_and_environment_are_what_the_slides_print():
 
     R, TT, TRT = direct(theta_i, theta_r, phi)
     expected = 0.7 * R + TT + TRT + 0.4 * scattered(w_i, shadow)
-    found = karis.shade(artist, theta_i, theta_r, phi, shadow=shadow)
+    found = artist.shade(chosen, theta_i, theta_r, phi, shadow=shadow)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     R, _, TRT = direct(0.0, theta_r, 0.0, 0.2)
     # n . w_r is positive: saturate(w_i . w_r + 1) is 1.
     expected = np.pi * (0.7 * R + TRT + 0.4 * scattered(n, 1.0))
-    np.testing.assert_allclose(karis.environment(artist, theta_r), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        artist.environment(chosen, theta_r), expected, rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -182,8 +184,8 @@ def test_scattering_and_environment_are_what_the_slides_print():
         (lambda: realtime.evaluate("best", HAIR, 0.1, 0.2, 0.3), "tier = 'best'"),
         (lambda: realtime.lobe("karis2016", HAIR, 3, 0.1, 0.2, 0.3), "p = 3"),
         (lambda: realtime.lobe("karis2016", HAIR, -1, 0.1, 0.2, 0.3), "p = -1"),
-        (lambda: karis.shade(karis.Artist(0.5), 0.1, 0.2, 0.3), "base_color"),
-        (lambda: karis.environment(karis.Artist((0.5, 0.5)), 0.1), "base_color"),
+        (lambda: artist.shade(artist.Artist(0.5), 0.1, 0.2, 0.3), "base_color"),
+        (lambda: artist.environment(artist.Artist((0.5, 0.5)), 0.1), "base_color"),
     ],
 )
 def test_bad_input_is_named(call, text):

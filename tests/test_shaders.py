@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from jax.ad_checkpoint import checkpoint_name
 
-from fiberjax import karis, numerics, realtime, shader
+from fiberjax import artist, numerics, realtime, shader
 from fiberjax.emission import DOTS, Program, emitted
 from fiberjax.expression import DIRECTIONS, MATERIAL, Graph
 from fiberjax.fiber import Fiber
@@ -491,7 +491,7 @@ def test_a_wrong_shader_is_seen(device, tmp_path):
 
 
 def test_dots_and_angles_agree():
-    """What is emitted is what `realtime.evaluate` and `karis.shade` compute."""
+    """What is emitted is what `realtime.evaluate` and `artist.shade` compute."""
     rng = np.random.default_rng(5)
     theta_i, theta_o = rng.uniform(-1.5, 1.5, (2, 1000))
     phi = rng.uniform(-3, 3, 1000)
@@ -507,9 +507,9 @@ def test_dots_and_angles_agree():
     ]
     expected = realtime.evaluate("karis2016", fiber, theta_i, theta_o, phi)
     np.testing.assert_allclose(exact("karis2016")(values, dots), expected, rtol=1e-8)
-    artist = karis.Artist(jnp.asarray((0.6, 0.4, 0.2)), 0.5, 0.4, 0.7, 0.05)
-    expected = karis.shade(artist, theta_i, theta_o, phi, shadow=0.3)
-    values = [np.broadcast_to(x, (1000, *np.shape(x))) for x in (*artist, 0.3)]
+    chosen = artist.Artist(jnp.asarray((0.6, 0.4, 0.2)), 0.5, 0.4, 0.7, 0.05)
+    expected = artist.shade(chosen, theta_i, theta_o, phi, shadow=0.3)
+    values = [np.broadcast_to(x, (1000, *np.shape(x))) for x in (*chosen, 0.3)]
     found = exact("karis2016_artist")(values, dots)
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 

@@ -7,6 +7,7 @@ S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe wid
 standard deviations in radians, lengths are in fiber radii.
 """
 
+from fiberjax import artist as artist
 from fiberjax import karis as karis
 from fiberjax import realtime as realtime
 from fiberjax import shader as shader

@@ -1,7 +1,7 @@
 """Real-time approximations of `evaluate`, by the name of their tier.
 
     karis2016   Karis 2016 as published. It knows beta_n of no lobe, and eta only in F:
-                its eta' is fitted for 1.55. fiberjax.karis has its artist parameters,
+                its eta' is fitted for 1.55. fiberjax.artist has its artist parameters,
                 scattering and environment light.
 
 What they are worth is in fits/quality.json.

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import karis, realtime
+from fiberjax import artist, karis, realtime
 from fiberjax._types import Floats, choice
 from fiberjax.emission import DOTS, Program, emitted
 from fiberjax.expression import DIRECTIONS, MATERIAL, Graph, Node
@@ -35,7 +35,7 @@ class Material(NamedTuple):
 
 
 class ArtistMaterial(NamedTuple):
-    """Karis' parameters, see `fiberjax.karis.Artist`, and the shadow."""
+    """Karis' parameters, see `fiberjax.artist.Artist`, and the shadow."""
 
     base_color: Any
     specular: Any
@@ -99,12 +99,12 @@ def _of_tier(tier: str) -> Callable[..., Floats]:
 
 def _drop_in(material, at):
     """The whole model of Karis."""
-    *artist, shadow = material
+    *fields, shadow = material
     terms = [
         section(name, partial(part, k=karis.PUBLISHED))(
-            karis.Artist(*artist), at, shadow
+            artist.Artist(*fields), at, shadow
         )
-        for name, part in karis.PARTS.items()
+        for name, part in artist.PARTS.items()
     ]
     return added(terms)
 
