@@ -27,12 +27,21 @@ from fiberjax.tracing import EmissionError, section, traced
 
 FITS = Path(__file__).parents[1] / "fits"
 sys.path.insert(0, str(FITS))
-counting: Any = import_module("shared.operations")
+spirv: Any = import_module("shared.spirv")
+assembly: Any = import_module("shared.assembly")
 script: Any = import_module("shaders")
 
 COSTS = json.loads(realtime.COSTS.read_text())
 CASES = list(product(shader.SHADERS, LANGUAGES))
 every = pytest.mark.parametrize(("tier", "language"), CASES)
+
+
+def need(counter):
+    absent = ", ".join(counter.missing())
+    return pytest.mark.skipif(bool(absent), reason=f"{absent}: not found")
+
+
+needs_spirv, needs_assembly = need(spirv), need(assembly)
 
 
 def committed(name):
@@ -50,17 +59,27 @@ def test_files_are_what_the_emitter_writes():
 def test_every_tier_has_a_shader_and_a_cost():
     assert set(realtime.TIERS) <= set(shader.SHADERS) == set(COSTS)
     for tier in realtime.TIERS:
-        assert realtime.cost(tier) == tuple(COSTS[tier].values())
+        for name, found in COSTS[tier].items():
+            assert realtime.cost(tier, name) == tuple(found.values())
+        assert realtime.cost(tier) == realtime.cost(tier, "assembly")
 
 
-@pytest.mark.skipif(counting.missing(), reason=f"no {counting.missing()}")
+@needs_spirv
 @pytest.mark.parametrize("tier", shader.SHADERS)
-def test_a_recount_agrees(tier):
-    assert counting.operations(shader.source(tier, "glsl"))._asdict() == COSTS[tier]
+def test_a_recount_in_spirv_agrees(tier):
+    text = emitted(shader.program(tier), spirv.LANGUAGE)
+    assert spirv.operations(text)._asdict() == COSTS[tier]["spirv"]
 
 
-@pytest.mark.skipif(counting.missing(), reason=f"no {counting.missing()}")
-def test_prices_of_operations():
+@needs_assembly
+@pytest.mark.parametrize("tier", shader.SHADERS)
+def test_a_recount_in_assembly_agrees(tier):
+    text = emitted(shader.program(tier), assembly.LANGUAGE)
+    assert assembly.operations(text)._asdict() == COSTS[tier]["assembly"]
+
+
+@needs_spirv
+def test_prices_of_operations_in_spirv():
     source = """
 struct HairConstants { float a; float b; vec3 c; };
 vec3 hair_bsdf_hoisted(HairConstants hair, vec3 L, vec3 V, vec3 T) { return %s; }
@@ -80,11 +99,83 @@ vec3 hair_bsdf_hoisted(HairConstants hair, vec3 L, vec3 V, vec3 T) { return %s; 
         "L.x > 0.5 ? V : T": (0, 4),
         "inversesqrt(L) * log2(V) + sqrt(T)": (9, 6),
     }.items():
-        assert counting.operations(source % expression) == price, expression
+        assert spirv.operations(source % expression) == price, expression
     with pytest.raises(RuntimeError, match="Atan: an instruction without a price"):
-        counting.operations(source % "atan(L)")
+        spirv.operations(source % "atan(L)")
     with pytest.raises(RuntimeError, match=r"(?s)glslangValidator: .*syntax"):
-        counting.operations(source % "L +")
+        spirv.operations(source % "L +")
+
+
+# What every function of the head comes to, in the code of a GPU.
+IN_ASSEMBLY = {
+    "L": (0, 0),
+    "hair.c": (0, 0),
+    "exp2(hair.a) * L": (1, 3),
+    "exp(hair.a) * L": (1, 4),
+    "exp(L)": (3, 3),
+    "log(L)": (3, 3),
+    "1.0 / L.x * V": (1, 3),
+    "L / V": (3, 3),
+    "pow(L, V)": (6, 3),
+    "tanh(L)": (3, 0),
+    "sin(L) + cos(L)": (6, 6),
+    "(float3)dot(L, V)": (0, 3),
+    "-abs(L) * V": (0, 3),
+    "min(L, V) + V": (0, 6),
+    "clamp(L, hair.a, hair.b)": (0, 6),
+    "clamp(L * V, 0.0, 1.0)": (0, 3),
+    "(float3)clamp(L.x, -1.0, 1e-3)": (0, 2),
+    "L * V + T": (0, 3),
+    "L * V - 2.5 * T": (0, 6),
+    "select(L.x > 0.5, V, T)": (0, 4),
+    "select(L.x > 0.5 && V.x < 0.2, L.x, T.x) * V": (0, 7),
+    "select(L.x > 0.5, exp2(V) * T, T * L)": (3, 4),
+    "sign(L)": (0, 9),
+    "rsqrt(L) * sqrt(T)": (6, 3),
+}
+IN_HLSL = """
+struct HairConstants { float a; float b; float3 c; };  // 1.0
+float3 hair_bsdf_hoisted(HairConstants hair, float3 L, float3 V, float3 T) {
+    return %s;
+}
+"""
+
+
+@needs_assembly
+@pytest.mark.parametrize("expression", IN_ASSEMBLY)
+def test_prices_of_operations_in_assembly(expression):
+    assert assembly.operations(IN_HLSL % expression) == IN_ASSEMBLY[expression]
+
+
+@needs_assembly
+def test_what_cannot_be_counted_in_assembly():
+    with pytest.raises(RuntimeError, match="F2I: an instruction without a price"):
+        assembly.operations(IN_HLSL % "float3(int(L.x))")
+    with pytest.raises(RuntimeError, match=r"(?s)NVRTC: .*expected an expression"):
+        assembly.operations(IN_HLSL % "L +")
+    with pytest.raises(RuntimeError, match=r"nvdisasm: .*fatal"):
+        assembly.disassembled(b"nothing")
+
+
+@needs_assembly
+def test_a_constant_is_of_single_precision():
+    """In double precision it would be another kind of instruction."""
+    text = assembly.cuda("float f(float x2) { return 1e-12 * x2 + 0.5 - 1.5e+10; }")
+    assert "1e-12f * x2 + 0.5f - 1.5e+10f;" in text
+
+
+@pytest.mark.parametrize("counter", ["spirv", "assembly"])
+def test_without_a_tool_counts_stay(counter, monkeypatch, capsys):
+    other = ({"spirv", "assembly"} - {counter}).pop()
+    for name in (counter, other):
+        monkeypatch.setattr(script.COUNTERS[name], "missing", lambda: ["some tool"])
+    assert script.counted(COSTS) == COSTS
+    assert f"some tool: not found; operations in {counter}" in capsys.readouterr().out
+    without = {tier: {other: found[other]} for tier, found in COSTS.items()}
+    with pytest.raises(SystemExit, match=f"in {counter} were never counted"):
+        script.counted(without)
+    with pytest.raises(RuntimeError, match="some tool: not found"):
+        script.COUNTERS[counter].operations("")
 
 
 def test_a_rerun_writes_the_same_bytes(tmp_path):
@@ -95,8 +186,10 @@ def test_a_rerun_writes_the_same_bytes(tmp_path):
     for tier, language in CASES:
         name = f"{tier}.{language}"
         assert (tmp_path / name).read_text() == committed(name)
-    assert counting.missing() or costs.read_bytes() == realtime.COSTS.read_bytes()
-    assert "karis2016: 15 special" in ran.stdout
+    assert costs.read_bytes() == realtime.COSTS.read_bytes()
+    for tier, found in COSTS.items():
+        cells = (f"{x['special']} \\+ {x['other']}" for x in found.values())
+        assert re.search(rf"(?m)^{tier} +{' +'.join(cells)}$", ran.stdout)
     assert ran.stderr == ""
 
 
@@ -283,6 +376,8 @@ def test_unknown_tiers_and_languages():
         shader.source("karis2016", "metal")
     with pytest.raises(ValueError, match="tier = 'karis2016_artist'"):
         realtime.cost("karis2016_artist")
+    with pytest.raises(ValueError, match=r"counted = 'hlsl': must be one of \('ass"):
+        realtime.cost("karis2016", "hlsl")
 
 
 @every
@@ -518,4 +613,5 @@ def test_the_counts_of_the_readme():
     text = (FITS.parent / "README.md").read_text()
     for tier, cost in COSTS.items():
         row = next(line for line in text.splitlines() if line.startswith(f"| `{tier}`"))
-        assert row.endswith(f"| {cost['special']} + {cost['other']} |")
+        cells = (f"{x['special']} + {x['other']}" for x in cost.values())
+        assert row.endswith(f"| {' | '.join(cells)} |")

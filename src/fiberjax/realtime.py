@@ -50,23 +50,25 @@ class Cost(NamedTuple):
     other: int
 
 
-def cost(tier: str) -> Cost:
-    """The operations of a tier's shader.
-
-    Counted in optimized SPIR-V of `hair_bsdf_hoisted`; fits/shared/operations.py says
-    what counts as one.
+def cost(tier: str, counted: str = "assembly") -> Cost:
+    """The operations of `hair_bsdf_hoisted` in a tier's shader.
 
     Args:
         tier: one of `TIERS`.
+        counted: "assembly", instructions of a GPU, NVIDIA's sm_86, where a fused
+            multiply-add is one and exp has a multiplication of its own; "spirv",
+            optimized SPIR-V, nothing fused. fits/shared/assembly.py and
+            fits/shared/spirv.py say what counts as one.
 
     Returns:
         special and other.
 
     Raises:
-        ValueError: an unknown tier.
+        ValueError: an unknown tier or count.
     """
     choice("tier", tier, TIERS)
-    return Cost(**json.loads(COSTS.read_text())[tier])
+    choice("counted", counted, ("assembly", "spirv"))
+    return Cost(**json.loads(COSTS.read_text())[tier][counted])
 
 
 def tier_of(name: str) -> Tier:

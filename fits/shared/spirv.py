@@ -1,4 +1,4 @@
-"""Operations of a shader, counted in what the compiler makes of it."""
+"""Operations of a shader, counted in optimized SPIR-V."""
 
 import re
 import shutil
@@ -6,8 +6,11 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
+from fiberjax.languages import LANGUAGES
+from fiberjax.realtime import Cost
+
+LANGUAGE = LANGUAGES["glsl"]
 TOOLS = ("glslangValidator", "spirv-opt", "spirv-dis")
 
 # One vec3 in, nothing of the constants known: all that follows directions is left.
@@ -42,13 +45,6 @@ PRICES = {
 """Special-function and other operations of an instruction, for each component."""
 
 
-class Operations(NamedTuple):
-    """Of the special-function unit, and all others."""
-
-    special: int
-    other: int
-
-
 def missing() -> list[str]:
     """The tools that are not there."""
     return [tool for tool in TOOLS if not shutil.which(tool)]
@@ -62,7 +58,7 @@ def run(*command: str | Path) -> str:
     return done.stdout
 
 
-def assembly(source: str) -> str:
+def disassembled(source: str) -> str:
     """Optimized SPIR-V of `hair_bsdf_hoisted` in GLSL, disassembled."""
     with tempfile.TemporaryDirectory() as directory:
         shader, code = Path(directory, "hair.frag"), Path(directory, "hair.spv")
@@ -84,7 +80,7 @@ def instructions(text: str) -> Iterator[tuple[str, int]]:
         yield (extended if name == "ExtInst" else name), sizes.get(kind, 1)
 
 
-def operations(source: str) -> Operations:
+def operations(source: str) -> Cost:
     """Those of one color from constants of the material and three directions.
 
     Counted in optimized SPIR-V, per component. Special: exp, exp2, log, log2, sqrt,
@@ -103,7 +99,7 @@ def operations(source: str) -> Operations:
     if missing():
         raise RuntimeError(f"{', '.join(missing())}: not found")
     special = other = 0
-    for name, size in instructions(assembly(source)):
+    for name, size in instructions(disassembled(source)):
         if name == "Dot":
             other += 5
         elif name in PRICES:
@@ -111,4 +107,4 @@ def operations(source: str) -> Operations:
             other += PRICES[name][1] * size
         elif name != "Label":
             raise RuntimeError(f"{name}: an instruction without a price")
-    return Operations(special, other)
+    return Cost(special, other)
