@@ -3,39 +3,44 @@
 Exact: S cos(theta_o) of fiberjax.evaluate without rest, separable M and N.
 Cases: four colors C, sigma_a = -ln(C)/4, times roughness r with beta_m = beta_n = r^2,
 and "low", r = .3 with beta_n = .05; eta 1.55. With the path of light, 1/cos theta_t,
-and that of Karis, 1/cos theta_d; without tilt, and tilted by 2.5 degrees.
+and that of Karis, 1/cos theta_d; without tilt, and tilted by 2.5 degrees: the other
+sign of it is the mirror image.
+With the path of light also what nothing is fitted to: four other colors times three
+other r, or "mixed", beta_m .12 with beta_n .3; the first cases at other eta.
 Norm: root of int |error|^2 over int |exact|^2, over both directions in solid angle and
 colors; its mean and largest over the cases, for each lobe and in total. Error of the
-albedo over theta_i; the albedo of a clear fiber; the largest error over the largest
-value at the same theta_i.
+albedo over theta_i; the albedo of a clear fiber, tilted by 0, 1.25 and 2.5 degrees;
+the largest error over the largest value at the same theta_i.
 """
 
 import argparse
 import json
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from shared.cases import COLORS, LOW, ROUGH, fiber
-from shared.report import progress, rounded, save
-from shared.sphere import PATHS, Grid, Sums, grid, sums
+from shared import cases
+from shared.judged import LOBES, by_band, by_lobe, clear, judged, of_cases, summary
+from shared.judged import worst as worst_of
+from shared.report import progress, save
+from shared.sphere import PATHS, Grid, grid
 
 from fiberjax import karis, realtime
 from fiberjax.fiber import Fiber
 from fiberjax.shading import of_angles, of_fiber
 
-WIDTHS = ROUGH | LOW
 TILTS = {"": 0.0, "tilted": float(np.radians(2.5))}
-BANDS = (0, 30, 60, 80, 90)
-"""Degrees of |theta_i| between which the error of the albedo is told apart."""
+TILTS_OF_CLEAR = 0.0, 1.25, 2.5
+"""Degrees."""
 
-LOBES = ("R", "TT", "TRT", "S")
 NODES = 128, 64
+LEAST_THETA = 10
+"""Points of theta with which each band of the albedo has one."""
 
 
 def of_tier(tier: str, fiber: Fiber, p: int, *angles: Any) -> Any:
@@ -74,74 +79,52 @@ def models() -> dict[str, Callable]:
     return tiers | also
 
 
-def relative(found: Sums) -> np.ndarray:
-    """The error of each lobe and of the sum, relative to its own norm."""
-    return np.sqrt(np.asarray(found.square_of_error / found.square))
-
-
-def by_band(theta_i: np.ndarray, error: np.ndarray) -> dict[str, Any]:
-    """Largest and mean error of the albedo between bounds of |theta_i|.
-
-    At each theta_i that is the largest over cases and colors.
-    """
-    degrees, found = np.degrees(np.abs(theta_i)), {}
-    for low, high in pairwise(BANDS):
-        here = error[(degrees > low) & (degrees <= high)]
-        found[f"{low} to {high}"] = {
-            "max": rounded(here.max(), 4),
-            "mean": rounded(here.mean(), 4),
-        }
-    return found
-
-
 def group(model: Callable, over: Grid, path: str, alpha: float) -> dict[str, Any]:
     """All cases of one path and tilt."""
-    errors, albedo, worst = {}, [], []
-    for width, beta in WIDTHS.items():
-        for name, color in COLORS.items():
-            found = sums(model, fiber(color, beta, alpha), over, path)
-            errors[width, name] = relative(found)
-            albedo.append(np.abs(found.albedo - found.albedo_of_approximation).max(-1))
-            place = np.degrees(found.worst_at)
-            worst.append((float(found.worst), f"{width}, {name}", place))
-    rough = np.array([e for (width, _), e in errors.items() if width in ROUGH])
-    low = np.array([e for (width, _), e in errors.items() if width in LOW])
-    error, case, where = max(worst, key=lambda one: one[0])
-
-    def means(values):
-        return {k: rounded(v, 4) for k, v in zip(LOBES, values, strict=True)}
-
+    rough, low = (
+        judged(model, over, path, cases.fibers(cases.COLORS, widths, alpha))
+        for widths in (cases.ROUGH, cases.LOW)
+    )
+    found = summary(over.theta, rough)
     return {
-        "mean": means(rough.mean(0)),
-        "max": means(rough.max(0)),
-        "low": means(low.mean(0)),
-        "cases": {f"{w}, {n}": rounded(e[-1], 4) for (w, n), e in errors.items()},
-        "albedo": by_band(over.theta, np.max(albedo, 0)),
-        "worst": {
-            "error over peak": rounded(error, 4),
-            "case": case,
-            **{
-                f"{angle} deg": rounded(x, 4)
-                for angle, x in zip(("theta_i", "theta_o", "phi"), where, strict=True)
-            },
-        },
+        **found,
+        "low": by_lobe(np.mean([one.error for one in low.values()], 0)),
+        "cases": found["cases"] | of_cases(low),
+        "albedo": by_band(over.theta, (rough | low).values()),
+        "worst": worst_of(rough | low),
+    }
+
+
+def unseen(model: Callable, over: Grid) -> dict[str, Any]:
+    """Fibers that nothing is fitted to: other colors and widths, other eta."""
+    others = {
+        "rough": cases.fibers(cases.UNSEEN_COLORS, cases.UNSEEN_ROUGH),
+        "mixed": cases.fibers(cases.UNSEEN_COLORS, cases.MIXED),
+    }
+    for eta in cases.UNSEEN_ETA:
+        others[f"eta {eta}"] = cases.fibers(cases.COLORS, cases.ROUGH, eta=eta)
+    return {
+        name: summary(over.theta, judged(model, over, PATHS[0], fibers))
+        for name, fibers in others.items()
     }
 
 
 def furnace(model: Callable, over: Grid) -> dict[str, Any]:
-    """Albedo of a clear fiber: the most it has, and its largest distance from exact."""
-    found = {}
-    for (label, alpha), (width, beta) in (
-        (t, w) for t in TILTS.items() for w in WIDTHS.items()
-    ):
-        clear = sums(model, fiber((1.0,), beta, alpha), over, PATHS[0])
-        exact, close = np.ravel(clear.albedo), np.ravel(clear.albedo_of_approximation)
-        found[", ".join(filter(None, (width, label)))] = {
-            "largest": rounded(close.max(), 4),
-            "largest exact": rounded(exact.max(), 4),
-            "error": rounded(np.abs(close - exact).max(), 4),
-        }
-    return found
+    """Albedo of a clear fiber by width and tilt, and the worst of them."""
+    widths = (cases.ROUGH | cases.LOW).items()
+    fibers = {
+        f"{width}, {degrees} deg": cases.fiber(
+            cases.CLEAR, beta, float(np.radians(degrees))
+        )
+        for degrees, (width, beta) in product(TILTS_OF_CLEAR, widths)
+    }
+    found = judged(model, over, PATHS[0], fibers)
+    entries = {name: clear(over.theta, one) for name, one in found.items()}
+    return {
+        "above": max(one["above"] for one in entries.values()),
+        "error": by_band(over.theta, found.values()),
+        "cases": entries,
+    }
 
 
 def judge(name: str, model: Callable, over: Grid) -> dict[str, Any]:
@@ -152,8 +135,10 @@ def judge(name: str, model: Callable, over: Grid) -> dict[str, Any]:
             key = ", ".join(filter(None, (path, label)))
             progress(f"{name}: {key}")
             found[key] = group(model, over, path, alpha)
+    progress(f"{name}: unseen")
+    rest = {"unseen": unseen(model, over)}
     progress(f"{name}: furnace")
-    return {"path": found, "furnace": furnace(model, over)}
+    return {"path": found, **rest, "furnace": furnace(model, over)}
 
 
 def readme_rows(entry: dict[str, Any]) -> list[str]:
@@ -163,19 +148,45 @@ def readme_rows(entry: dict[str, Any]) -> list[str]:
         group = one["path"][path]
         numbers = [group["mean"][x] for x in ("S", *LOBES[:3])]
         numbers += [group["max"]["S"], group["low"]["S"], to_80(group)]
-        cells = name, f"cos {path}", *(f"{x:.3f}" for x in numbers)
-        rows.append(f"| {' | '.join(cells)} |")
+        rows.append(row(name, f"cos {path}", *numbers))
     return rows
+
+
+def row(*cells: str | float) -> str:
+    """A row of a table, numbers in three decimals."""
+    texts = (x if isinstance(x, str) else f"{x:.3f}" for x in cells)
+    return f"| {' | '.join(texts)} |"
+
+
+def beyond(one: dict[str, Any]) -> list[float]:
+    """What the README tells of the fibers nothing is fitted to, and of clear ones."""
+    others, furnace = one["unseen"], one["furnace"]
+    of_eta = [others[f"eta {eta}"] for eta in cases.UNSEEN_ETA]
+    return [
+        others["rough"]["mean"]["S"],
+        others["rough"]["max"]["S"],
+        others["mixed"]["mean"]["S"],
+        *(group["mean"]["S"] for group in of_eta),
+        max(group["max"]["S"] for group in of_eta),
+        one["path"]["theta_t"]["albedo"]["0 to 90"]["max"],
+        furnace["error"]["0 to 80"]["max"],
+        furnace["error"]["0 to 90"]["max"],
+        furnace["above"],
+    ]
+
+
+def readme_beyond(entry: dict[str, Any]) -> list[str]:
+    """The rows of the README's second table."""
+    return [row(name, *beyond(one)) for name, one in entry.items()]
 
 
 def to_80(group: dict[str, Any]) -> float:
     """Largest error of the albedo to 80 degrees."""
-    bands = [band for band in group["albedo"] if band != "80 to 90"]
-    return max(group["albedo"][band]["max"] for band in bands)
+    return group["albedo"]["0 to 80"]["max"]
 
 
 def table(entry: dict[str, Any]) -> list[str]:
-    """A line for each approximation and path."""
+    """A line for each approximation and path, and one for what lies beyond."""
     lines = [
         f"{'relative L2':28}{'path':20}"
         + "".join(f"{x:>7}" for x in LOBES)
@@ -188,9 +199,11 @@ def table(entry: dict[str, Any]) -> list[str]:
                 f"{group['max']['S']:8.3f}{group['low']['S']:8.3f}{to_80(group):18.3f}"
             )
             lines.append(f"{name:28}{path:20}{cells}{rest}")
+    heads = ["unseen", "worst", "mixed", *map(str, cases.UNSEEN_ETA), "worst"]
+    heads += ["albedo", "clear 80", "clear 90", "above"]
+    lines.append(f"{'':28}" + "".join(f"{x:>9}" for x in heads))
     for name, one in entry.items():
-        most = max(x["error"] for x in one["furnace"].values())
-        lines.append(f"{name}: albedo of a clear fiber off by at most {most:.3f}")
+        lines.append(f"{name:28}" + "".join(f"{x:9.3f}" for x in beyond(one)))
     return lines
 
 
@@ -215,6 +228,8 @@ def main(argv=None):
         help=f"points of the grid; {NODES[0]} {NODES[1]}",
     )
     options = parser.parse_args(argv)
+    if options.nodes[0] < LEAST_THETA or options.nodes[1] < 1:
+        parser.error(f"--nodes {options.nodes}: must be at least {LEAST_THETA} 1")
     jax.config.update("jax_enable_x64", True)
     over = grid(*options.nodes)
     entry = {name: judge(name, model, over) for name, model in models().items()}

@@ -1,5 +1,7 @@
 """The fibers by which approximations of the whole model are fitted and judged."""
 
+from collections.abc import Mapping
+from itertools import product
 from typing import Any
 
 import jax.numpy as jnp
@@ -14,12 +16,45 @@ COLORS = {
     "blond": (0.65, 0.45, 0.22),
     "white": (0.95, 0.95, 0.95),
 }
-ROUGH = {f"r {r}": (r * r, r * r) for r in (0.3, 0.5, 0.7)}
+CLEAR = (1.0, 1.0, 1.0)
+
+
+def _rough(*roughness: float) -> dict[str, tuple[float, float]]:
+    return {f"r {r}": (r * r, r * r) for r in roughness}
+
+
+ROUGH = _rough(0.3, 0.5, 0.7)
 """beta_m and beta_n."""
 
 LOW = {"low": (0.09, 0.05)}
 
+UNSEEN_COLORS = {
+    "auburn": (0.35, 0.12, 0.04),
+    "ash": (0.5, 0.5, 0.45),
+    "red": (0.6, 0.2, 0.05),
+    "dark": (0.05, 0.03, 0.02),
+}
+UNSEEN_ROUGH = _rough(0.35, 0.45, 0.6)
+MIXED = {"mixed": (0.12, 0.3)}
+UNSEEN_ETA = 1.45, 1.5, 1.6, 1.65
+"""What nothing is fitted to."""
 
-def fiber(color: Any, widths: tuple[float, float], alpha: float = 0.0) -> Fiber:
+
+def fiber(
+    color: Any, widths: tuple[float, float], alpha: float = 0.0, eta: float = ETA
+) -> Fiber:
     """The fiber of a color C: sigma_a = -ln(C)/4."""
-    return Fiber(ETA, *widths, alpha, -jnp.log(jnp.asarray(color)) / PASS)
+    return Fiber(eta, *widths, alpha, -jnp.log(jnp.asarray(color)) / PASS)
+
+
+def fibers(
+    colors: Mapping[str, Any],
+    widths: Mapping[str, tuple[float, float]],
+    alpha: float = 0.0,
+    eta: float = ETA,
+) -> dict[str, Fiber]:
+    """Every width with every color, by their names."""
+    return {
+        f"{width}, {color}": fiber(C, beta, alpha, eta)
+        for (width, beta), (color, C) in product(widths.items(), colors.items())
+    }

@@ -111,11 +111,17 @@ def exact_lobes(fiber: Fiber, over: Grid, path: str) -> Any:
     return jnp.moveaxis(each, 1, 0)
 
 
-@partial(jax.jit, static_argnames=("approximation", "path"))
 def sums(approximation: Callable, fiber: Fiber, over: Grid, path: str) -> Sums:
-    """All integrals of the error of approximation(fiber, p, *angles)."""
+    """All integrals of the error of approximation(fiber, p, *angles).
+
+    Compiled once for each approximation, whatever the numbers of the fiber.
+    """
+    return _sums(approximation, fiber, over, _azimuthal_on(over, fiber, path))
+
+
+@partial(jax.jit, static_argnames="approximation")
+def _sums(approximation: Callable, fiber: Fiber, over: Grid, N: Any) -> Sums:
     theta, phi, in_theta, in_phi = map(jnp.asarray, over)
-    N = _azimuthal_on(over, fiber, path)
 
     def row(i):
         theta_i, exact = theta[i], _row(fiber, over, N, i)
