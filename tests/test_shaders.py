@@ -1,7 +1,9 @@
 """Shaders: what is emitted, what is committed, and what they compute when run."""
 
+import ctypes
 import json
 import re
+import shutil
 import subprocess
 import sys
 from importlib import import_module
@@ -573,6 +575,48 @@ def test_shaders_run_and_agree_with_jax(device, tier, language, tmp_path):
     # Away from poles and from opposite directions a second look is rare.
     anywhere = np.isin(again % 10, (0, 8, 9)).sum()
     assert anywhere <= 5
+
+
+# On a processor, for the values: all that a GPU has and C++ has not.
+HOST = """
+#include <algorithm>
+#include <cmath>
+using namespace std;
+#define __global__
+#define __syncthreads()
+float rsqrt(float x) { return 1 / sqrt(x); }
+"""
+EACH = """
+extern "C" void each(
+    int n, const HairMaterial *material, const float3 *directions, float3 *result) {
+    for (int k = 0; k < n; ++k) {
+        HairConstants hair = hair_constants(material[k]);
+        shade(&hair, directions + 3 * k, result + k);
+    }
+}
+"""
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="g++: not found")
+@pytest.mark.parametrize("tier", shader.SHADERS)
+def test_what_is_counted_in_assembly_computes_the_function(tier, tmp_path):
+    text = assembly.cuda(emitted(shader.program(tier), assembly.LANGUAGE))
+    (tmp_path / "hair.cpp").write_text(HOST + text + EACH)
+    options = "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o", "hair.so"
+    subprocess.run(["g++", *options, "hair.cpp"], cwd=tmp_path, check=True)
+    rows = given(tier, 20_000)
+    names = shader.SHADERS[tier].material.__annotations__
+    material, vectors = (
+        np.concatenate([rows[x] for x in some], 1) for some in (names, "LVT")
+    )
+    color = np.empty((len(vectors), 3), np.float32)
+    arrays = (x.ctypes.data_as(ctypes.c_void_p) for x in (material, vectors, color))
+    ctypes.CDLL(str(tmp_path / "hair.so")).each(len(color), *arrays)
+    pairs = ("TL", "TV", "LV")
+    dots = [(rows[x] * rows[y]).sum(1, keepdims=True) for x, y in pairs]
+    error, again = worst(tier, rows, np.concatenate([color, *dots], 1))
+    assert error <= 1
+    assert np.isin(again % 10, (0, 8, 9)).sum() <= 5
 
 
 def test_a_wrong_shader_is_seen(device, tmp_path):
