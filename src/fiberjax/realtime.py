@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import karis
+from fiberjax import exponential, karis
 from fiberjax._types import Floats, Reals, choice, lobe_number
 from fiberjax.fiber import Fiber
 from fiberjax.model import prepare
@@ -30,13 +30,27 @@ class Tier(NamedTuple):
     constants: Any
 
 
-_TIERS = {"karis2016": Tier(karis.lobe, karis.PUBLISHED)}
+DATA = Path(__file__).parent / "data"
+"""Constants of `FITTED`, which fits/tiers.py writes."""
+
+FITTED = ("light", "medium", "fine")
+"""The tiers of fiberjax.exponential, by rising cost."""
+
+
+def _fitted(name: str) -> Tier:
+    """A tier of fiberjax.exponential."""
+    return Tier(exponential.lobe, json.loads((DATA / f"{name}.json").read_text()))
+
+
+_TIERS = {"karis2016": Tier(karis.lobe, karis.PUBLISHED)} | {
+    name: _fitted(name) for name in FITTED
+}
 
 TIERS = tuple(_TIERS)
 """The names of all tiers."""
 
 
-COSTS = Path(__file__).parent / "data" / "operations.json"
+COSTS = DATA / "operations.json"
 """Operations of each shader; fits/shaders.py counts them."""
 
 

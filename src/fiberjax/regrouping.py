@@ -29,6 +29,11 @@ def uses(roots: Iterable[Node]) -> Counter[Node]:
     return found
 
 
+def _multiplied(x: Node) -> bool:
+    """Whether it is a product of its own once the material is known."""
+    return x.op == "mul" and x.level > MATERIAL
+
+
 class _Product:
     """constant prod_i base_i^power_i prod_k exp(power_k exponent_k)."""
 
@@ -188,8 +193,13 @@ class _Regrouping:
         return result if sign > 0 else graph.make("neg", result)
 
     def _one(self, terms: list[tuple[int, Node]]) -> tuple[int, Node]:
-        """The sum as one term. It starts with a plus: a minus would have to be paid."""
-        lead = next((k for k, (sign, _) in enumerate(terms) if sign > 0), 0)
+        """The sum as one term.
+
+        It starts with a plus: a minus would have to be paid; and with no product, if it
+        can: each product after it is fused with its addition.
+        """
+        plus = [k for k, (sign, _) in enumerate(terms) if sign > 0]
+        lead = next((k for k in plus if not _multiplied(terms[k][1])), (plus or [0])[0])
         (side, result), *others = terms[lead], *terms[:lead], *terms[lead + 1 :]
         for sign, x in others:
             op = "add" if sign == side else "sub"

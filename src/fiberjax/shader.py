@@ -14,6 +14,7 @@ import numpy as np
 from fiberjax import artist, karis, realtime
 from fiberjax._types import Floats, choice
 from fiberjax.emission import DOTS, Program, emitted
+from fiberjax.exponential import DOMAIN
 from fiberjax.expression import DIRECTIONS, MATERIAL, Graph, Node
 from fiberjax.fiber import Fiber, cast
 from fiberjax.languages import LANGUAGES
@@ -121,6 +122,28 @@ _KARIS = {
     "scattering": "What other hairs have scattered: sqrt(C) (n . L + 1)/(4 pi) "
     "(C/luma)^(1 - shadow), n the part of V across the fiber.",
 }
+_LOBES_FITTED = {
+    "R": "Reflected. T = cos phi + kT, P = (1 + q)(cos phi + kP); the largest of the "
+    "lines is I0^-2 in M. An exponential of Fresnel, N and M together.",
+    "TT": "Through the fiber. A factor that rises towards grazing, and one exponential "
+    "for each color: a polynomial in cos phi and q, and M's chord^2/(2 v).",
+    "TRT": "Reflected inside. A factor as that of TT, and exponentials of polynomials "
+    "in cos phi - 1 and q, one for all colors.",
+}
+_TITLES = {
+    "light": "Hair of three exponentials and a root per lobe: R + TT + TRT.",
+    "medium": "Hair of exponentials, TRT with its caustic: R + TT + TRT.",
+    "fine": "Hair of exponentials of longer polynomials: R + TT + TRT.",
+}
+_FITTED = (
+    "Form: exponentials of polynomials in cos phi and q = cos 2 theta_d; the tilt",
+    "turns the cone. Fitted to S over both directions, absorption along 1/cos theta_t.",
+    "Domain: "
+    + ", ".join(f"{name} {low} to {high}" for name, (low, high) in DOMAIN.items())
+    + ".",
+    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m.",
+    "Constants: fits/tiers.py.",
+)
 _DIRECTIONS = (
     "L points towards the light, V towards the eye, T along the fiber: unit vectors.",
     "hair_bsdf returns what one light adds per unit of its irradiance across L, per",
@@ -152,6 +175,10 @@ SHADERS = {
         ),
         _KARIS,
     ),
+    **{
+        name: Shader(Material, _of_tier(name), (_TITLES[name], *_FITTED), _LOBES_FITTED)
+        for name in realtime.FITTED
+    },
 }
 """What can be emitted: the tiers of `realtime.TIERS`, and Karis' own parameters."""
 

@@ -74,11 +74,11 @@ def of_dots(sin_i: Floats, sin_o: Floats, cos_io: Floats) -> Directions:
     """From three products of unit vectors, as a shader has them.
 
     Those of the tangent with both directions, and of the directions with each other.
-    1 - sin^2 is a product, good to all its digits next to the poles; cos phi has only
-    those there that rounding of the three leaves it. No cosine is below 1e-6.
+    Next to the poles cosines and cos phi have only the digits that rounding of the
+    three leaves them. No cosine is below 1e-6.
     """
-    cos_i, over_i = _root((1 - sin_i) * (1 + sin_i), "i")
-    cos_o, over_o = _root((1 - sin_o) * (1 + sin_o), "o")
+    cos_i, over_i = _root(1 - sin_i * sin_i, "i")
+    cos_o, over_o = _root(1 - sin_o * sin_o, "o")
     along = checkpoint_name(sin_i * sin_o, "along")
     cos_phi = jnp.clip((cos_io - along) * (over_i * over_o), -1, 1)
     cos_phi = checkpoint_name(cos_phi, "cos_phi")

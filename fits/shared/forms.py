@@ -1,0 +1,197 @@
+"""The forms of the tiers: the monomials of each coefficient, and where fits start.
+
+A coefficient is a string of monomials in what `fiberjax.exponential.features` names,
+"1" for none. It starts at 0, or where `START` says.
+"""
+
+from typing import Any
+
+import numpy as np
+
+_R_LIGHT = {
+    "kT": "1 b",
+    "kP": "1",
+    "kF": "1 b",
+    "over_v": "1",
+    "beta_n": "1",
+    "lines": [
+        {"slope": "1 m", "offset": "1"},
+        {"slope": "1 m mm", "offset": "1 m"},
+    ],
+    "exponent": {"1": "1 bb m mm", "P": "1 b e", "PP": "1 b e"},
+}
+_R_MEDIUM = {
+    **dict.fromkeys(("kT", "kP", "kF", "over_v", "beta_n"), "1"),
+    "lines": [
+        {"slope": "1", "offset": "1"},
+        {"slope": "1", "offset": "1"},
+        {"slope": "1", "offset": "b"},
+    ],
+    "exponent": {"1": "1", "x": "1 b e", "P": "1 b e", "q": "b m"},
+}
+_R_FINE = {
+    **dict.fromkeys(("kP", "kF", "over_v", "beta_n"), "1"),
+    "kT": "1 b",
+    "lines": [
+        {"slope": "1", "offset": "1"},
+        {"slope": "1", "offset": "1"},
+        {"slope": "1 mm", "offset": "m"},
+    ],
+    "exponent": {
+        "1": "1 b be",
+        "x": "1 b e",
+        "P": "1 b e",
+        "PP": "1 e",
+        "q": "b be",
+        "u": "b",
+    },
+}
+_TT_RISE = {"q": "1 b e m", "a": "1 b m"}
+_TT_MEDIUM = {
+    "rise": _TT_RISE,
+    "terms": [
+        {
+            "over_v": "1 m mm",
+            "K": "1 b bb e be ee s bs",
+            "exponent": {
+                "u": "1 b bb e be ee s bs es",
+                "q": "1 b bb e be s bs es",
+                "uq": "1 b e be s bs es",
+                "uu": "1 b e",
+                "uuu": "1 b",
+                "uuq": "1 b bb",
+                "uuuq": "1 b",
+                "qq": "1 b e m",
+                "qqq": "1 m",
+            },
+        }
+    ],
+}
+_TT_FINE = {
+    "rise": _TT_RISE,
+    "terms": [
+        {
+            "over_v": "1 m mm",
+            "K": "1 b bb e be ee s bbs",
+            "exponent": {
+                "u": "1 b bb e be ee bs",
+                "q": "1 b bb e be ee s bs es",
+                "uq": "1 b bb e be s bs es",
+                "uu": "1 b bb e s bs es",
+                "uuu": "1 b bb",
+                "uuq": "1 b bb ee",
+                "uuuq": "1 b bb",
+                "qq": "1 b e s m",
+                "qqq": "1 m",
+                "uqq": "1 b",
+            },
+        }
+    ],
+}
+_TRT_RISE = {"q": "1 b m", "a": "1 b m"}
+_BROAD = {
+    "over_v": "1 m",
+    "K": "1 r rr b e m s",
+    "exponent": {
+        "u": "1 r rr b e",
+        "uq": "1 r b",
+        "q": "1 r b e m",
+        "uu": "1 r b",
+        "qq": "1 r",
+    },
+}
+_SHARP = {
+    "over_v": "1 m",
+    "K": "1 r s rs",
+    "exponent": {
+        "u": "1 r rr e er",
+        "uq": "1 r rr",
+        "uu": "1 r rr e",
+        "q": "1 r e er",
+        "qq": "1 r",
+    },
+}
+_ONE = {
+    "over_v": "1 m",
+    "K": "1 r b e m s",
+    "exponent": {"u": "1 r rr", "uq": "1 r rr", "q": "1 r e m"},
+}
+
+FORMS: dict[str, Any] = {
+    "light": {
+        "R": _R_LIGHT,
+        "TT": _TT_MEDIUM,
+        "TRT": {"rise": _TRT_RISE, "terms": [_ONE]},
+    },
+    "medium": {
+        "R": _R_MEDIUM,
+        "TT": _TT_MEDIUM,
+        "TRT": {"rise": _TRT_RISE, "terms": [_BROAD, _SHARP]},
+    },
+    "fine": {
+        "R": _R_FINE,
+        "TT": _TT_FINE,
+        "TRT": {"rise": _TRT_RISE, "terms": [_BROAD, _SHARP]},
+    },
+}
+
+START: dict[str, Any] = {
+    "R": {
+        "kT": {"1": 0.6},
+        "kP": {"1": 1.0},
+        "kF": {"1": 1.0},
+        "lines": [
+            {"slope": {"1": 3.0}, "offset": {"1": 1.0}},
+            {"slope": {"1": 7.0}, "offset": {"1": -2.0}},
+            {"slope": {"1": 5.0}},
+        ],
+        "exponent": {"1": {"1": -2.0}, "x": {"1": -2.0}},
+    },
+    "TT": {
+        "rise": {"q": {"1": 0.1}, "a": {"1": 0.2}},
+        "terms": [{"K": {"1": -3.0, "s": -2.0}, "exponent": {"u": {"1": -4.0}}}],
+    },
+    "TRT": {
+        "rise": {"q": {"1": 0.1}, "a": {"1": 0.2, "m": 0.3}},
+        "terms": [
+            {
+                "K": {"1": -3.0, "s": -4.0},
+                "exponent": {
+                    "u": {"1": 1.0, "r": 4.0},
+                    "uq": {"1": 2.0},
+                    "q": {"1": -1.0},
+                },
+            },
+            {
+                "K": {"1": -4.0, "s": -4.0},
+                "exponent": {
+                    "u": {"r": 30.0},
+                    "uq": {"r": -20.0},
+                    "uu": {"r": -30.0},
+                    "q": {"1": 1.0},
+                },
+            },
+        ],
+    },
+}
+"""What is not 0. The coefficients of TRT's terms differ, or they would stay equal."""
+
+
+def constants(form: Any, start: Any, noise: Any = lambda: 0.0) -> Any:
+    """The numbers of a form at their start, those of no feature with noise."""
+    if isinstance(form, str):
+        given = start or {}
+        return {
+            key: given.get(key, 0.0) + (noise() if key == "1" else 0.0)
+            for key in form.split()
+        }
+    if isinstance(form, list):
+        starts = [*(start or []), *len(form) * [None]]
+        return [constants(*pair, noise) for pair in zip(form, starts, strict=False)]
+    return {key: constants(x, (start or {}).get(key), noise) for key, x in form.items()}
+
+
+def noise(seed: int, deviation: float) -> Any:
+    """Normal numbers; 0 for the first seed."""
+    rng = np.random.default_rng(seed)
+    return lambda: float(deviation * rng.standard_normal()) if seed else 0.0

@@ -1,0 +1,250 @@
+"""Constants of our real-time tiers, fitted to S over both directions.
+
+Exact: S cos(theta_o) of fiberjax.evaluate without rest, R + TT + TRT.
+Approximation: fiberjax.exponential, in the forms of fits/shared/forms.py.
+Domain: eta 1.45 to 1.65, beta_m .09 to .49, beta_n .05 to .49, sigma_a to 1.15, tilts
+to 2.5 degrees of both signs.
+Norm: root mean square over fibers and colors of the relative L2 over both directions;
+beside it the error of the albedo at every theta_i, that of TRT alone, and what a clear
+fiber scatters of more than 1.
+
+Each lobe is fitted from several starts, then all together. Written: the constants, to
+src/fiberjax/data, and what is known of the fits, to fits/constants.
+"""
+
+import argparse
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import lineax as lx
+import numpy as np
+import optimistix as optx
+from jax.flatten_util import ravel_pytree
+from shared.forms import FORMS, START, constants, noise
+from shared.report import CONSTANTS, progress, rounded, save
+from shared.samples import Samples, samples
+
+from fiberjax import exponential, realtime
+from fiberjax.approximation import FitError
+from fiberjax.fiber import Fiber
+from fiberjax.shading import LOBES
+
+TOLERANCE = 1e-4
+STEPS = 64
+STARTS = 4
+SPREAD = 0.5
+COUNTS = 32, 128
+ALBEDO = 1.25
+NOTICED = 0.01
+FURNACE = 40.0
+MARGIN = 0.005
+TRT = 0.2
+SIGMA_A = (0.0, 0.15, 0.5, 1.15)
+TILT = np.radians(2.5)
+ROUGH = [(0.09, 0.09), (0.16, 0.16), (0.25, 0.25), (0.36, 0.36), (0.49, 0.49)]
+MIXED = [(0.09, 0.25), (0.25, 0.09), (0.49, 0.25), (0.25, 0.49)]
+OPTICS = [(1.55, 0.0), (1.55, TILT), (1.45, TILT), (1.65, TILT / 2)]
+OF_MIXED = [(1.5, TILT), (1.6, TILT)]
+
+
+def fibers() -> list[Fiber]:
+    """Those that are fitted."""
+    cases = [(w, o) for w in [*ROUGH, (0.09, 0.05)] for o in OPTICS]
+    cases += [(w, o) for w in MIXED for o in OF_MIXED]
+    sigma_a = jnp.asarray(SIGMA_A)
+    return [Fiber(eta, *widths, alpha, sigma_a) for widths, (eta, alpha) in cases]
+
+
+def lobes(k: Any, at: Samples, which: tuple[int, ...] = LOBES) -> list[Any]:
+    """Each lobe of every fiber."""
+    shape = at.exact.shape[2:]
+
+    def one(p):
+        def of(hair, directions):
+            found = exponential.lobe(p, k, hair, directions)
+            return jnp.broadcast_to(found, shape)
+
+        return jax.vmap(of)(at.hair, at.at)
+
+    return [one(p) for p in which]
+
+
+def _scale(at: Samples, square: Any) -> Any:
+    """What turns an error into one relative to the root of a mean square."""
+    over = at.weight * at.weight_i[..., None]
+    each = square[:, None, None] * square.shape[0] * square.shape[-1]
+    return jnp.sqrt(over[..., None] / each)
+
+
+def of_lobe(k: Any, at: Samples, p: int) -> Any:
+    """Error of one lobe; its sum of squares is the mean of the squared relative L2."""
+    (found,) = lobes(k, at, (p,))
+    return ((found - at.exact[:, p]) * _scale(at, at.square_lobes[:, p])).ravel()
+
+
+def of_all(k: Any, at: Samples) -> Any:
+    """Errors of S, of the albedo and of TRT.
+
+    An error of the albedo counts more than in proportion from `NOTICED` on: it is the
+    largest that matters.
+    """
+    found = lobes(k, at)
+    error = sum(found) - at.exact.sum(1)
+    albedo = (error * at.weight[..., None]).sum(2)
+    clear = at.clear + albedo[..., 0]
+    albedo = albedo * jnp.sqrt(1 + (albedo / NOTICED) ** 2)
+    # A clear fiber gives back no more than it gets.
+    above = jax.nn.relu(clear - jnp.maximum(at.clear, 1) + MARGIN)
+    trt = (found[2] - at.exact[:, 2]) * _scale(at, at.square_lobes[:, 2])
+    parts = [
+        error * _scale(at, at.square),
+        ALBEDO * albedo / np.sqrt(albedo.size),
+        TRT * trt,
+        FURNACE * above / np.sqrt(above.size),
+    ]
+    return jnp.concatenate([part.ravel() for part in parts])
+
+
+@eqx.filter_jit
+def _solve(residuals, unravel, start, at, max_steps):
+    solver = optx.LevenbergMarquardt(
+        rtol=TOLERANCE, atol=TOLERANCE, linear_solver=lx.Normal(lx.Cholesky())
+    )
+    return optx.least_squares(
+        lambda k, at: residuals(unravel(k), at),
+        solver,
+        start,
+        at,
+        max_steps=max_steps,
+        throw=False,
+    )
+
+
+def solved(residuals: Callable, start: Any, at: Samples, max_steps: int) -> Any:
+    """The nearest optimum; the root of its sum of squares, infinite if not finite."""
+    first, unravel = ravel_pytree(start)
+    solution = _solve(residuals, unravel, first, at, max_steps)
+    value = unravel(solution.value)
+    error = float(jnp.linalg.norm(residuals(value, at)))
+    return value, error if np.isfinite(error) else np.inf
+
+
+class Fitted(NamedTuple):
+    """Constants of a tier, and the errors of the starts of each lobe in their order."""
+
+    constants: Any
+    starts: dict[str, list[float]]
+
+
+def fit(form: Any, few: Samples, many: Samples, starts: int, max_steps: int) -> Fitted:
+    """Each lobe from several starts on few points, then all together on many.
+
+    Raises FitError if no start of a lobe comes to a finite error, or all together do
+    not.
+    """
+    best, errors = {}, {}
+    for p, name in enumerate(exponential.NAMES):
+        residuals, found = partial(of_lobe, p=p), []
+        for seed in range(starts):
+            progress(f"{name}: start {seed + 1} of {starts}")
+            start = constants(form[name], START[name], noise(seed, SPREAD))
+            found.append(solved(residuals, {name: start}, few, max_steps))
+        errors[name] = [error for _, error in found]
+        value, error = min(found, key=lambda one: one[1])
+        if not np.isfinite(error):
+            raise FitError(f"none of {starts} starts of {name} has a finite error")
+        best |= value
+    progress("all lobes")
+    value, error = solved(of_all, best, many, max_steps)
+    if not np.isfinite(error):
+        raise FitError("the error of all lobes together is not finite")
+    return Fitted(value, errors)
+
+
+@jax.jit
+def relative(k: Any, at: Samples) -> Any:
+    """Relative L2 of S of each fiber and color."""
+    error = sum(lobes(k, at)) - at.exact.sum(1)
+    over = (at.weight * at.weight_i[..., None])[..., None]
+    return jnp.sqrt((over * error**2).sum((1, 2)) / at.square)
+
+
+def as_stored(k: Any, digits: int = 7) -> Any:
+    """Constants as a file has them: as many digits as float32 holds."""
+    return jax.tree.map(lambda x: rounded(x, digits), k)
+
+
+def report(found: Fitted, many: Samples, others: Samples) -> dict[str, Any]:
+    """What is known of a fit."""
+    k = as_stored(found.constants)
+
+    def summary(dtype, at):
+        errors = relative(jax.tree.map(lambda x: float(np.asarray(x, dtype)), k), at)
+        return {"mean": rounded(errors.mean(), 4), "max": rounded(errors.max(), 4)}
+
+    return {
+        "form": "fiberjax.exponential",
+        "norm": "relative L2 of S over both directions, over fibers and colors",
+        "domain": {name: list(bounds) for name, bounds in exponential.DOMAIN.items()},
+        "starts": {
+            name: [rounded(x, 4) if np.isfinite(x) else None for x in errors]
+            for name, errors in found.starts.items()
+        },
+        "error": {
+            "float64": summary(np.float64, many),
+            "float32": summary(np.float32, many),
+            "half": summary(np.float16, many),
+            "at other points": summary(np.float64, others),
+        },
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Fit, print the table, write the constants and the report."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for option, kind, default, metavar, text in (
+        ("--output", Path, CONSTANTS, "DIR", "where to write reports; fits/constants"),
+        ("--data", Path, realtime.DATA, "DIR", "and constants; those of the package"),
+        ("--starts", int, STARTS, "N", f"start points of each lobe; {STARTS}"),
+        ("--max-steps", int, STEPS, "N", f"steps allowed to each fit; {STEPS}"),
+    ):
+        parser.add_argument(
+            option, type=kind, default=default, metavar=metavar, help=text
+        )
+    parser.add_argument(
+        "--tiers",
+        nargs="+",
+        choices=tuple(FORMS),
+        default=tuple(FORMS),
+        metavar="TIER",
+        help=f"which; {' '.join(FORMS)}",
+    )
+    options = parser.parse_args(argv)
+    jax.config.update("jax_enable_x64", True)
+    few, many = (samples(fibers(), count) for count in COUNTS)
+    others = samples(fibers(), COUNTS[0], seed=1)
+    for tier in options.tiers:
+        try:
+            found = fit(FORMS[tier], few, many, options.starts, options.max_steps)
+        except FitError as error:
+            raise SystemExit(f"{tier}: {error}; nothing written") from error
+        progress("")
+        entry = report(found, many, others)
+        save(options.data / f"{tier}.json", as_stored(found.constants))
+        save(options.output / f"{tier}.json", entry)
+        print(f"{tier}: {entry['norm']}")
+        for name, error in entry["error"].items():
+            print(f"  {name:18}mean {error['mean']:.4f}  max {error['max']:.4f}")
+        for name, errors in entry["starts"].items():
+            print(f"  {name:4}from {len(errors)} starts: {errors}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,217 @@
+"""R, TT and TRT as exponentials of polynomials in cos phi and cos 2 theta_d.
+
+A tier is its constants, nested dicts of numbers as fits/tiers.py writes them: what they
+do not name is not computed. A key is a monomial, one letter for each factor, "1" if
+there is none. What depends on the fiber alone is in the coefficients, polynomials in
+its numbers; beside those a lobe costs an exp2 and one or two roots.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.ad_checkpoint import checkpoint_name
+
+from fiberjax import numerics
+from fiberjax._types import Floats
+from fiberjax.shading import Directions, Hair, added
+
+NAMES = ("R", "TT", "TRT")
+
+DOMAIN = {
+    "eta": (1.45, 1.65),
+    "beta_m": (0.09, 0.49),
+    "beta_n": (0.05, 0.49),
+    "sigma_a": (0.0, 1.15),
+}
+"""Where coefficients are polynomials; beyond, they are those of the nearest fiber.
+
+The width of M goes on with beta_m, and absorption with sigma_a, as exp(-2 p sigma_a).
+"""
+
+WIDTHS = (1.0, 0.5, 2.0)
+"""beta_m of the lobes over that of R, in the fibers of the fits."""
+
+_LEAST = 1e-5
+_LOG2_E = 1 / math.log(2)
+
+
+def _inside(x: Floats, name: str) -> Floats:
+    low, high = DOMAIN[name]
+    return jnp.minimum(jnp.maximum(x, low), high) if low else jnp.minimum(x, high)
+
+
+def features(hair: Hair, p: int) -> dict[str, Floats]:
+    """What the coefficients of lobe p are polynomials in.
+
+    e = 10 (eta - 1.55); n = beta_n, b = 4 beta_n^2, r = 1/(1 + 20 beta_n^2);
+    m = 4 beta_m^2 with beta_m of R; s = sigma_a, (C,).
+    """
+    beta_n = checkpoint_name(_inside(hair.beta_n[p], "beta_n"), "n")
+    beta_m = checkpoint_name(_inside(hair.beta_m[p] / WIDTHS[p], "beta_m"), "m")
+    square = checkpoint_name(beta_n * beta_n, "n2")
+    none = jnp.zeros_like(beta_n)[..., None]
+    return {
+        "e": checkpoint_name(10 * (_inside(hair.eta, "eta") - 1.55), "e"),
+        "n": beta_n,
+        "b": checkpoint_name(4 * square, "b"),
+        "r": checkpoint_name(1 / (1 + 20 * square), "r"),
+        "m": checkpoint_name(4 * (beta_m * beta_m), "m4"),
+        "s": none if hair.sigma_a is None else _inside(hair.sigma_a, "sigma_a"),
+    }
+
+
+def polynomial(terms: Mapping[str, Any], of: Mapping[str, Any], base: Any = 0) -> Any:
+    """base + the sum of the terms, nested: what comes first in `of` is outermost."""
+    terms = {key.replace("1", ""): value for key, value in terms.items()}
+    for name, x in of.items():
+        with_x = {k.replace(name, "", 1): v for k, v in terms.items() if name in k}
+        if with_x:
+            rest = {k: v for k, v in terms.items() if name not in k}
+            return polynomial(rest, of, base) + x * polynomial(with_x, of)
+    return terms[""] + base if terms else base
+
+
+def coefficients(terms: Mapping[str, Any], of: Mapping[str, Any]) -> dict[str, Any]:
+    """Each a polynomial of the fiber, for an exponent of 2."""
+    return {
+        key: checkpoint_name(_LOG2_E * polynomial(value, of), f"k_{key}")
+        for key, value in terms.items()
+    }
+
+
+def exponent(terms: Mapping[str, Any], of: Mapping[str, Any], base: Floats) -> Floats:
+    """base + the sum of the terms, colors last: those of one color are made once."""
+    one = {key: value for key, value in terms.items() if not jnp.ndim(value)}
+    each = {key: value for key, value in terms.items() if jnp.ndim(value)}
+    base = polynomial(one, of, base)[..., None]
+    return polynomial(each, {name: x[..., None] for name, x in of.items()}, base)
+
+
+class Geometry(NamedTuple):
+    """What all lobes share: u = cos phi, q = cos 2 theta_d, 1 + q >= 0.
+
+    And cos theta_i cos theta_o, sin theta_i cos theta_o, sin(theta_i + theta_o), and
+    2 - 2 cos(theta_i + theta_o) to all its digits next to 0.
+    """
+
+    u: Floats
+    q: Floats
+    q1: Floats
+    cc: Floats
+    sc: Floats
+    turned: Floats
+    chord: Floats
+
+
+def geometry(at: Directions) -> Geometry:
+    """From the sines and cosines, by products and sums."""
+    cc = checkpoint_name(at.cos_i * at.cos_o, "cc")
+    sc = checkpoint_name(at.sin_i * at.cos_o, "sc")
+    q = checkpoint_name(cc + at.sin_i * at.sin_o, "q")
+    q1 = checkpoint_name(jnp.maximum(1 + q, 0), "q1")
+    along = checkpoint_name(at.sin_i + at.sin_o, "sum_of_sines")
+    across = checkpoint_name(at.cos_i - at.cos_o, "apart")
+    chord = checkpoint_name(along * along + across * across, "chord")
+    turned = checkpoint_name(sc + at.sin_o * at.cos_i, "turned")
+    return Geometry(at.cos_phi, q, q1, cc, sc, turned, chord)
+
+
+class Cone(NamedTuple):
+    """A lobe's specular cone, turned by its tilt and folded where it passes a pole.
+
+    a = |cos(cone) cos(theta_o)|/cos(tilt), chord = 2 (cos(tilt) - cos(cone - theta_o))
+    / cos(tilt), cos(tilt) and 1 - cos(tilt).
+    """
+
+    a: Floats
+    chord: Floats
+    cos: Any
+    less: Any
+
+
+def cone(tilt: Any, at: Geometry) -> Cone:
+    """The cone of a lobe."""
+    half, cos = jnp.sin(tilt / 2), checkpoint_name(jnp.cos(tilt), "cos_tilt")
+    tan = checkpoint_name(jnp.sin(tilt) / cos, "tan_tilt")
+    less = checkpoint_name(2 * (half * half), "less")
+    a = checkpoint_name(at.cc + tan * at.sc, "a")
+    chord = at.chord - 2 * tan * at.turned - 4 * jnp.maximum(-a, 0)
+    return Cone(jnp.abs(a), checkpoint_name(chord, "chord"), cos, less)
+
+
+def _along(of: Cone, over_v: Any) -> Floats:
+    """log2 of exp((cos(cone - theta_o) - 1) over_v)."""
+    scale = checkpoint_name(_LOG2_E * over_v, "scale")
+    slope = checkpoint_name(-0.5 * scale * of.cos, "k_chord")
+    return checkpoint_name(-scale * of.less, "k_tilt") + slope * of.chord
+
+
+def R(k: Any, hair: Hair, at: Geometry) -> Floats:
+    """M N of R, on a last axis of one color.
+
+    T rsqrt(T Y (1 + kF^2 P)) 2^(...) with T = u + kT and P = (1 + q)(u + kP), about
+    4 cos^2(theta_d) cos^2(phi/2). Y, the largest of some lines in
+    cos(cone) cos(theta_o)/v, stands for (I0(x) exp(-x))^-2.
+    """
+    of = features(hair, 0)
+    over_v = 1 / hair.beta_m[0] ** 2 + polynomial(k["over_v"], of)
+    over_v = checkpoint_name(over_v, "over_v")
+    beta_n = checkpoint_name(of["n"] + polynomial(k["beta_n"], of), "beta_n")
+    kT, kP = (
+        checkpoint_name(1 + (polynomial(k[x], of) * beta_n) ** 2 + _LEAST, x)
+        for x in ("kT", "kP")
+    )
+    turned = cone(hair.tilt[0], at)
+    T = checkpoint_name(at.u + kT, "T")
+    P = checkpoint_name(at.q1 * (at.u + kP), "P")
+    Y = None
+    for line in k["lines"]:
+        slope = polynomial(line["slope"], of) * (turned.cos * over_v)
+        y = polynomial(line["offset"], of) + checkpoint_name(slope, "slope") * turned.a
+        Y = y if Y is None else jnp.maximum(Y, y)
+    below = T * Y * (1 + checkpoint_name(polynomial(k["kF"], of) ** 2, "kF") * P)
+    terms = coefficients(k["exponent"], of)
+    base = _along(turned, over_v) + checkpoint_name(jnp.log2(over_v), "log_peak")
+    variables = {"P": P, "q": at.q, "u": at.u}
+    if "x" in terms:
+        variables["x"] = numerics.sqrt(P)
+    power = jnp.exp2(polynomial(terms, variables, base))
+    return (T * jax.lax.rsqrt(below) * power)[..., None]
+
+
+def _through(p: int, k: Any, hair: Hair, at: Geometry) -> Floats:
+    """M N of TT or TRT, colors last.
+
+    (1 + q) rsqrt((1 + q + k0)^2 (a + k1)) sum_j K_j 2^(polynomial in u and q), times
+    the exponential of M; in TRT, u is cos phi - 1.
+    """
+    of, turned = features(hair, p), cone(hair.tilt[p], at)
+    v = checkpoint_name(hair.beta_m[p] ** 2, "v")
+    near = checkpoint_name(at.q1 + polynomial(k["rise"]["q"], of), "near")
+    flat = checkpoint_name(polynomial(k["rise"]["a"], of) ** 2 + _LEAST, "flat")
+    rise = at.q1 * jax.lax.rsqrt(near * near * (turned.a + flat))
+    rise = checkpoint_name(rise, "rise")
+    u = at.u if p == 1 else checkpoint_name(at.u - 1, "u")
+    darker = 0.0 if hair.sigma_a is None else -2.0 * p * (hair.sigma_a - of["s"])
+    found = []
+    for one in k["terms"]:
+        log_K = _LOG2_E * (polynomial(one["K"], of) + darker)
+        K = checkpoint_name(jax.lax.rsqrt(2 * math.pi * v) * jnp.exp2(log_K), "K")
+        base = _along(turned, 1 / v + polynomial(one["over_v"], of))
+        terms = coefficients(one["exponent"], of)
+        power = jnp.exp2(exponent(terms, {"u": u, "q": at.q}, base))
+        # Colors last: they are multiplied once.
+        number = rise[..., None]
+        found.append(number * K * power if p == 1 else number * power * K)
+    return added(found)
+
+
+def lobe(p: int, k: Any, hair: Hair, at: Directions) -> Floats:
+    """R, TT or TRT from the constants of a tier, on a last axis of colors or of one."""
+    shared = geometry(at)
+    if p:
+        return _through(p, k[NAMES[p]], hair, shared)
+    return R(k["R"], hair, shared)
