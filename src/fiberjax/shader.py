@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import artist, karis, realtime
+from fiberjax import artist, karis, realtime, tail
 from fiberjax._types import Floats, choice
 from fiberjax.emission import DOTS, Program, emitted
 from fiberjax.expression import DIRECTIONS, MATERIAL, Graph, Node
@@ -78,8 +78,8 @@ class Shader(NamedTuple):
     sections: dict[str, str]
 
 
-def _of_tier(tier: str) -> Callable[..., Floats]:
-    """R + TT + TRT of a tier, each a section."""
+def _of_tier(tier: str, rest: bool = False) -> Callable[..., Floats]:
+    """R + TT + TRT of a tier, and the rest, each a section."""
     lobe, constants = realtime.tier_of(tier)
     # Python's numbers take any dtype, arrays have one.
     constants = jax.tree.map(
@@ -92,6 +92,8 @@ def _of_tier(tier: str) -> Callable[..., Floats]:
             section(name, partial(lobe, p, constants))(hair, at)
             for p, name in enumerate(_LOBES)
         ]
+        if rest:
+            terms.append(section("rest", partial(tail.rest, tail.FITTED))(hair, at))
         return added(terms)
 
     return bsdf
@@ -121,6 +123,15 @@ _KARIS = {
     "scattering": "What other hairs have scattered: sqrt(C) (n . L + 1)/(4 pi) "
     "(C/luma)^(1 - shadow), n the part of V across the fiber.",
 }
+_REST = (
+    "All lobes above TRT, uniform in azimuth: exp(-X/(2 v)) Y rsqrt(Y (q0 + q1 Y + "
+    "Y^2)^2 (o v + c cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + "
+    "theta_o), Y = 4 cos^2 theta_d."
+)
+_REST_ABOUT = (
+    "With the rest, all lobes above TRT as one. Constants of the rest: fits/tail.py",
+    "in fiberjax, for eta 1.4 to 1.7, beta_m 0.05 to 0.55, sigma_a 0 to 1.2.",
+)
 _DIRECTIONS = (
     "L points towards the light, V towards the eye, T along the fiber: unit vectors.",
     "hair_bsdf returns what one light adds per unit of its irradiance across L, per",
@@ -153,7 +164,21 @@ SHADERS = {
         _KARIS,
     ),
 }
-"""What can be emitted: the tiers of `realtime.TIERS`, and Karis' own parameters."""
+"""What can be emitted: the tiers of `realtime.TIERS`, with the rest and without it, and
+Karis' own parameters."""
+
+
+def _with_rest(tier: str) -> Shader:
+    """The shader of a tier and the rest."""
+    shader = SHADERS[tier]
+    return shader._replace(
+        bsdf=_of_tier(tier, True),
+        about=(*shader.about, *_REST_ABOUT),
+        sections=shader.sections | {"rest": _REST},
+    )
+
+
+SHADERS |= {f"{tier}_rest": _with_rest(tier) for tier in realtime.TIERS}
 
 
 def _inputs(graph: Graph, shader: Shader) -> tuple[list[Node], list[Node]]:
@@ -207,8 +232,9 @@ def source(tier: str, language: str, measured: Sequence[str] = ()) -> str:
     exponents are regrouped as those of real numbers.
 
     Args:
-        tier: one of `SHADERS`: the tiers of `realtime.TIERS`, and "karis2016_artist",
-            which has Karis' own parameters and scattering.
+        tier: one of `SHADERS`: the tiers of `realtime.TIERS`; those with "_rest" behind
+            the name, which add `realtime.rest`; and "karis2016_artist", which has
+            Karis' own parameters and scattering.
         language: "hlsl", "glsl" or "wgsl".
         measured: lines for the head of the file, as of its errors.
 
