@@ -103,7 +103,7 @@ def fit(goal: Target, starts: int, max_steps: int) -> tuple[Any, list[float]]:
             found.append((float(size(value, goal)), value))
     found.sort(key=lambda pair: pair[0])
     reached = [error for error, _ in found]
-    same = sum(error < reached[0] * (1 + AGREEMENT) for error in reached)
+    same = sum(error <= reached[0] * (1 + AGREEMENT) for error in reached)
     if 2 * same < starts:
         raise FitError(f"{same} of {starts} starts reach one optimum: {reached}")
     return found[0][1], reached
@@ -135,7 +135,7 @@ def measured(starts: int, max_steps: int) -> tuple[tail.Constants, dict[str, Any
     check = by_scipy(goal, reached[0])
     progress("errors")
     entry = {
-        "form": "exp(-X/(2 v)) Y rsqrt(Y (q_0 + q_1 Y + Y^2)^2 (o v + c cos cos))"
+        "form": "exp(-X/(2 v)) Y rsqrt(Y (q_0 + q_1 Y + Y^2)^2 (o + c x))"
         " (K_0 + K_1 Y), fiberjax.tail",
         "norm": "root mean square of the relative L2 of the rest and 40 times the error"
         " of its albedo",

@@ -65,8 +65,8 @@ HairConstants hair_constants(HairMaterial material) {
     float beta2 = beta * beta;
     float v = beta2;
     float u = v / (v + 0.3);
-    hair.c = exp((-0.04523643 * u - 1.8319241) * u + 1.837877);
-    hair.o = v * exp((-1.5010388 * u + 1.5143539) * u - 0.17497675);
+    hair.c = exp((-0.04523642 * u - 1.8319241) * u + 1.837877) / v;
+    hair.o = exp((-1.5010388 * u + 1.5143539) * u - 0.17497675);
     float beta_r = 1.4142135 * material.beta_m;
     hair.narrow_r = -0.5 / (beta_r * beta_r);
     float peak = 0.3989423 / beta_r;
@@ -79,11 +79,11 @@ HairConstants hair_constants(HairMaterial material) {
     hair.peak_trt = 0.3989423 / beta;
     float t_rest = tanh(1.0 / v);
     float level = 0.07957747 * (1.0 + t_rest) * exp(0.8045389 * z - 3.0564744)
-        / (t_rest * beta);
-    vec3 less = level / (1.0 + exp(0.02107563 * z + 1.2070837) * material.sigma_a);
+        / (t_rest * v);
+    vec3 less = level / (1.0 + exp(0.021075655 * z + 1.2070837) * material.sigma_a);
     hair.K1 = material.sigma_a * less
         * exp(-0.38885695 * z + 0.65199494 - 6.2571955 * material.sigma_a);
-    hair.K0 = less * exp(-(exp(-0.21201967 * z + 2.006476) * material.sigma_a));
+    hair.K0 = less * exp(-(exp(-0.21201968 * z + 2.006476) * material.sigma_a));
     hair.narrow_rest = -0.5 / v;
     return hair;
 }
@@ -136,7 +136,7 @@ vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_phi,
 }
 
 // All lobes above TRT, uniform in azimuth: exp(-X/(2 v)) Y rsqrt(Y (q0 + q1 Y + Y^2)^2
-// (o v + c cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + theta_o), Y =
+// (o + c/v cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + theta_o), Y =
 // 4 cos^2 theta_d.
 vec3 hair_rest(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o) {
     float both = sin_i + sin_o;

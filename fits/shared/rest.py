@@ -33,7 +33,7 @@ OUTSIDE = (
 )
 """eta, beta_m and sigma_a beyond the domain."""
 
-GRAZING = np.radians((60, 70, 75, 80, 82.5, 85, 87.5, 89))
+GRAZING = np.radians((60, 70, 75, 80, 82.5, 85, 87.5, 89, 90))
 
 
 class Cases(NamedTuple):
@@ -77,7 +77,7 @@ def _exact(theta: Any, eta: Any, beta_m: Any, sigma_a: Any) -> tuple[Any, Any]:
     n = len(theta)
     theta_i = theta[n // 2 :, None]
     # Midpoints: theta_d takes as many values as theta.
-    theta_d = jnp.arange(n) * (jnp.pi / 2 / n)
+    theta_d = jnp.arange(n, dtype=float) * (jnp.pi / 2 / n)
     apart = jnp.abs(jnp.arange(n) - jnp.arange(n // 2, n)[:, None])
 
     def of(sigma_a):

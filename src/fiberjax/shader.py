@@ -125,7 +125,7 @@ _KARIS = {
 }
 _REST = (
     "All lobes above TRT, uniform in azimuth: exp(-X/(2 v)) Y rsqrt(Y (q0 + q1 Y + "
-    "Y^2)^2 (o v + c cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + "
+    "Y^2)^2 (o + c/v cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + "
     "theta_o), Y = 4 cos^2 theta_d."
 )
 _REST_ABOUT = (

@@ -3,11 +3,12 @@
 The reference has it in closed form: one lobe, untilted, of the last width and uniform
 in azimuth, M a/(2 pi) with a = 1/2 int A_rest(3, h) dh. Here
 
-    M = exp(-X/(2 v))/(beta (1 - exp(-2/v)) sqrt(o v + c cos theta_i cos theta_o))
+    M = exp(-X/(2 v))/(v (1 - exp(-2/v)) sqrt(o + c x)), x = cos theta_i cos theta_o/v
     a = sqrt(Y)/(q_0 + q_1 Y + Y^2) (K_0 + K_1 Y)
     X = 2 - 2 cos(theta_i + theta_o), Y = 4 cos^2 theta_d
 
-with v = beta^2: an exponential and a reciprocal root for all colors together.
+with 1/sqrt(o + c x) for exp(-x) I_0(x): one exponential and one reciprocal root for
+all colors.
 """
 
 import json
@@ -103,11 +104,11 @@ def rest(k: Constants, hair: Hair, at: Directions) -> Floats:
     u = checkpoint_name(v / (v + _BROAD), "u")
     t = checkpoint_name(jnp.tanh(1 / v), "t")
     # 1/(1 - exp(-2/v)) = (1 + t)/(2 t), which loses nothing where v is large.
-    level = (1 + t) / (4 * math.pi * t * beta) * _exp(k.level, z)
+    level = (1 + t) / (4 * math.pi * t * v) * _exp(k.level, z)
     level = checkpoint_name(level, "level")
     narrow = checkpoint_name(-0.5 / v, "narrow")
-    o = checkpoint_name(_exp(k.o, u) * v, "o")
-    c = checkpoint_name(_exp((math.log(2 * math.pi), *k.c), u), "c")
+    o = checkpoint_name(_exp(k.o, u), "o")
+    c = checkpoint_name(_exp((math.log(2 * math.pi), *k.c), u) / v, "c")
     q_0 = checkpoint_name(_exp(k.q_0, z), "q0")
     q_1 = checkpoint_name(_exp(k.q_1, z), "q1")
     both = checkpoint_name(at.sin_i + at.sin_o, "both")
