@@ -300,7 +300,7 @@ FLOORS = (
     {"energy", "farfield", "frame", "sampling", "smooth"},
     {"approximation"},
     {"fitting", "shading"},
-    {"karis"},
+    {"karis", "tail"},
     {"artist", "realtime"},
     {"languages", "regrouping", "tracing"},
     {"statements"},

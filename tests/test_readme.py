@@ -51,6 +51,29 @@ def test_the_errors_against_the_lobes():
         assert max(errors) == pytest.approx(high, rel=0.03)
 
 
+def test_the_numbers_of_the_rest():
+    folder = ROOT / "fits" / "constants"
+    entry = json.loads((folder / "tail.json").read_text())
+    cost = json.loads((ROOT / "src/fiberjax/data/operations.json").read_text())
+    less, more = (cost[f"karis2016{name}"] for name in ("", "_rest"))
+    at_85, one = entry["grazing"]["85 deg"], entry["furnace"]["one width"]
+    pole, unseen = entry["grazing"]["90 deg"], entry["unseen"]
+    text = " ".join(TEXT.split())
+    for shown in (
+        f"are {100 * at_85['exact']:.1f} % of the light",
+        f"{more['special'] - less['special']} special and "
+        f"{more['other'] - less['other']} other operations",
+        f"and {100 * at_85['this']:.1f} % there",
+        f"at most {100 * one['without']:.1f} % of its light without it",
+        f"{100 * one['this']:.1f} % of its light is off",
+        f"by {100 * unseen['relative L2']:.1f} % in L2",
+        f"(at most {100 * unseen['largest']:.1f} %)",
+        f"at most {unseen['albedo']:.3f} to 89 deg",
+        f"at 90 deg that is {pole['this'] - pole['exact']:.3f}",
+    ):
+        assert shown in text, shown
+
+
 @pytest.mark.parametrize("name", ["eta_prime", "h_tt", "d_tt", "d_trt"])
 def test_the_table_of_constants(name):
     (row,) = (line for line in TEXT.splitlines() if line.startswith(f"| `{name}.py`"))

@@ -8,6 +8,7 @@ its numbers; beside those a lobe costs an exp2 and one or two roots.
 
 import math
 from collections.abc import Mapping
+from functools import reduce
 from typing import Any, NamedTuple
 
 import jax
@@ -91,19 +92,20 @@ def exponent(terms: Mapping[str, Any], of: Mapping[str, Any], base: Floats) -> F
 
 
 class Geometry(NamedTuple):
-    """What all lobes share: u = cos phi, q = cos 2 theta_d, 1 + q >= 0.
+    """What all lobes share: u = cos phi, q = cos 2 theta_d, Y = 4 cos^2 theta_d.
 
     And cos theta_i cos theta_o, sin theta_i cos theta_o, sin(theta_i + theta_o), and
-    2 - 2 cos(theta_i + theta_o) to all its digits next to 0.
+    X = 2 - 2 cos(theta_i + theta_o); X and Y are sums of squares, which keep their
+    digits next to 0.
     """
 
     u: Floats
     q: Floats
-    q1: Floats
+    X: Floats
+    Y: Floats
     cc: Floats
     sc: Floats
     turned: Floats
-    chord: Floats
 
 
 def geometry(at: Directions) -> Geometry:
@@ -111,12 +113,14 @@ def geometry(at: Directions) -> Geometry:
     cc = checkpoint_name(at.cos_i * at.cos_o, "cc")
     sc = checkpoint_name(at.sin_i * at.cos_o, "sc")
     q = checkpoint_name(cc + at.sin_i * at.sin_o, "q")
-    q1 = checkpoint_name(jnp.maximum(1 + q, 0), "q1")
-    along = checkpoint_name(at.sin_i + at.sin_o, "sum_of_sines")
-    across = checkpoint_name(at.cos_i - at.cos_o, "apart")
-    chord = checkpoint_name(along * along + across * across, "chord")
+    both = checkpoint_name(at.sin_i + at.sin_o, "both")
+    apart = checkpoint_name(at.cos_i - at.cos_o, "apart")
+    together = checkpoint_name(at.cos_i + at.cos_o, "together")
+    square = checkpoint_name(both * both, "square_both")
+    X = checkpoint_name(square + apart * apart, "X")
+    Y = checkpoint_name(square + together * together, "Y")
     turned = checkpoint_name(sc + at.sin_o * at.cos_i, "turned")
-    return Geometry(at.cos_phi, q, q1, cc, sc, turned, chord)
+    return Geometry(at.cos_phi, q, X, Y, cc, sc, turned)
 
 
 class Cone(NamedTuple):
@@ -138,7 +142,7 @@ def cone(tilt: Any, at: Geometry) -> Cone:
     tan = checkpoint_name(jnp.sin(tilt) / cos, "tan_tilt")
     less = checkpoint_name(2 * (half * half), "less")
     a = checkpoint_name(at.cc + tan * at.sc, "a")
-    chord = at.chord - 2 * tan * at.turned - 4 * jnp.maximum(-a, 0)
+    chord = at.X - 2 * tan * at.turned - 4 * jnp.maximum(-a, 0)
     return Cone(jnp.abs(a), checkpoint_name(chord, "chord"), cos, less)
 
 
@@ -152,9 +156,9 @@ def _along(of: Cone, over_v: Any) -> Floats:
 def R(k: Any, hair: Hair, at: Geometry) -> Floats:
     """M N of R, on a last axis of one color.
 
-    T rsqrt(T Y (1 + kF^2 P)) 2^(...) with T = u + kT and P = (1 + q)(u + kP), about
-    4 cos^2(theta_d) cos^2(phi/2). Y, the largest of some lines in
-    cos(cone) cos(theta_o)/v, stands for (I0(x) exp(-x))^-2.
+    T rsqrt(T I (1 + kF^2 P)) 2^(...) with T = u + kT and P = Y (u + kP), about
+    8 cos^2(theta_d) cos^2(phi/2). I, the largest of some lines in
+    x = cos(cone) cos(theta_o)/v, stands for (I0(x) exp(-x))^-2.
     """
     of = features(hair, 0)
     over_v = 1 / hair.beta_m[0] ** 2 + polynomial(k["over_v"], of)
@@ -166,13 +170,17 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
     )
     turned = cone(hair.tilt[0], at)
     T = checkpoint_name(at.u + kT, "T")
-    P = checkpoint_name(at.q1 * (at.u + kP), "P")
-    Y = None
+    P = checkpoint_name(at.Y * (at.u + kP), "P")
+    lines = []
     for line in k["lines"]:
         slope = polynomial(line["slope"], of) * (turned.cos * over_v)
-        y = polynomial(line["offset"], of) + checkpoint_name(slope, "slope") * turned.a
-        Y = y if Y is None else jnp.maximum(Y, y)
-    below = T * Y * (1 + checkpoint_name(polynomial(k["kF"], of) ** 2, "kF") * P)
+        slope = checkpoint_name(slope, "slope")
+        lines.append(polynomial(line["offset"], of) + slope * turned.a)
+    below = (
+        T
+        * reduce(jnp.maximum, lines)
+        * (1 + checkpoint_name(polynomial(k["kF"], of) ** 2, "kF") * P)
+    )
     terms = coefficients(k["exponent"], of)
     base = _along(turned, over_v) + checkpoint_name(jnp.log2(over_v), "log_peak")
     variables = {"P": P, "q": at.q, "u": at.u}
@@ -185,14 +193,14 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
 def _through(p: int, k: Any, hair: Hair, at: Geometry) -> Floats:
     """M N of TT or TRT, colors last.
 
-    (1 + q) rsqrt((1 + q + k0)^2 (a + k1)) sum_j K_j 2^(polynomial in u and q), times
+    Y rsqrt((Y + k0)^2 (a + k1)) sum_j K_j 2^(polynomial in u and q), times
     the exponential of M; in TRT, u is cos phi - 1.
     """
     of, turned = features(hair, p), cone(hair.tilt[p], at)
     v = checkpoint_name(hair.beta_m[p] ** 2, "v")
-    near = checkpoint_name(at.q1 + polynomial(k["rise"]["q"], of), "near")
+    near = checkpoint_name(at.Y + polynomial(k["rise"]["Y"], of), "near")
     flat = checkpoint_name(polynomial(k["rise"]["a"], of) ** 2 + _LEAST, "flat")
-    rise = at.q1 * jax.lax.rsqrt(near * near * (turned.a + flat))
+    rise = at.Y * jax.lax.rsqrt(near * near * (turned.a + flat))
     rise = checkpoint_name(rise, "rise")
     u = at.u if p == 1 else checkpoint_name(at.u - 1, "u")
     darker = 0.0 if hair.sigma_a is None else -2.0 * p * (hair.sigma_a - of["s"])

@@ -4,7 +4,8 @@
                 its eta' is fitted for 1.55. fiberjax.artist has its artist parameters,
                 scattering and environment light.
 
-What they are worth is in fits/quality.json.
+What they are worth is in fits/quality.json. All lobes above TRT are one term, the same
+for every tier: fiberjax.tail.
 """
 
 import json
@@ -16,8 +17,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import exponential, karis
-from fiberjax._types import Floats, Reals, choice, lobe_number
+from fiberjax import exponential, karis, tail
+from fiberjax._types import Floats, Reals, choice, flag, lobe_number
 from fiberjax.fiber import Fiber
 from fiberjax.model import prepare
 from fiberjax.shading import LOBES, added, of_angles, of_fiber
@@ -45,6 +46,8 @@ def _fitted(name: str) -> Tier:
 _TIERS = {"karis2016": Tier(karis.lobe, karis.PUBLISHED)} | {
     name: _fitted(name) for name in FITTED
 }
+
+_REST = Tier(tail.lobe, tail.FITTED)
 
 TIERS = tuple(_TIERS)
 """The names of all tiers."""
@@ -92,24 +95,24 @@ def tier_of(name: str) -> Tier:
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _lobes(tier: str, lobes: tuple[int, ...], constants, fiber: Fiber, *angles):
+def _sum(
+    lobe: Callable[..., Floats], parts: tuple[int, ...], constants, fiber, *angles
+):
     directions = of_angles(*jnp.broadcast_arrays(*angles))
     hair = of_fiber(fiber)
-    lobe = _TIERS[tier].lobe
-    total = added([lobe(p, constants, hair, directions) for p in lobes])
+    total = added([lobe(p, constants, hair, directions) for p in parts])
     if fiber.sigma_a is None or not fiber.sigma_a.ndim:
         return total[..., 0]
     shape = (*directions.cos_d.shape, *fiber.sigma_a.shape)
     return jnp.broadcast_to(total, shape)
 
 
-def _called(tier, lobes, fiber, angles, constants):
-    choice("tier", tier, TIERS)
+def _called(tier: Tier, parts, fiber, angles, constants):
     fiber, angles = prepare(fiber, *angles)
-    constants = _TIERS[tier].constants if constants is None else constants
+    constants = tier.constants if constants is None else constants
     dtype = angles[0].dtype
     constants = jax.tree.map(lambda x: jnp.asarray(x, dtype), constants)
-    return _lobes(tier, lobes, constants, fiber, *angles)
+    return _sum(tier.lobe, parts, constants, fiber, *angles)
 
 
 def evaluate(
@@ -119,9 +122,12 @@ def evaluate(
     theta_o: Reals,
     phi: Reals,
     *,
+    rest: bool = False,
     constants: Any = None,
 ) -> Floats:
-    """R + TT + TRT of an approximation: what `fiberjax.evaluate` returns without rest.
+    """What `fiberjax.evaluate` returns, by an approximation.
+
+    R + TT + TRT, and the rest if asked for.
 
     Args:
         tier: static, one of `TIERS`.
@@ -129,6 +135,7 @@ def evaluate(
         theta_i: inclination towards the light in radians, [-pi/2, pi/2].
         theta_o: inclination towards the eye in radians, [-pi/2, pi/2].
         phi: azimuth phi_o - phi_i in radians, any real.
+        rest: static, whether all lobes above TRT are added, by `realtime.rest`.
         constants: a PyTree in place of the tier's own, as a fit has it.
 
     Returns:
@@ -136,9 +143,14 @@ def evaluate(
         the angles.
 
     Raises:
-        ValueError: an unknown tier; a field of the fiber has the wrong shape.
+        ValueError: an unknown tier; rest is not True or False; a field of the fiber has
+            the wrong shape.
     """
-    return _called(tier, LOBES, fiber, (theta_i, theta_o, phi), constants)
+    given = fiber, (theta_i, theta_o, phi)
+    value = _called(tier_of(tier), LOBES, *given, constants)
+    if not flag("rest", rest):
+        return value
+    return value + _called(_REST, (tail.REST,), *given, None)
 
 
 def lobe(
@@ -166,4 +178,28 @@ def lobe(
     p = lobe_number("p", p)
     if p not in LOBES:
         raise ValueError(f"p = {p}: must be one of {LOBES}")
-    return _called(tier, (p,), fiber, (theta_i, theta_o, phi), constants)
+    return _called(tier_of(tier), (p,), fiber, (theta_i, theta_o, phi), constants)
+
+
+def rest(
+    fiber: Fiber,
+    theta_i: Reals,
+    theta_o: Reals,
+    phi: Reals,
+    *,
+    constants: tail.Constants | None = None,
+) -> Floats:
+    """All lobes above TRT as one term, the same for every tier.
+
+    Args:
+        fiber, theta_i, theta_o: as in `evaluate`.
+        phi: as in `evaluate`; the term is uniform in it.
+        constants: in place of `fiberjax.tail.FITTED`, as a fit has them.
+
+    Returns:
+        M N per steradian, shape broadcast(angles) + sigma_a.shape, dtype of the angles.
+
+    Raises:
+        ValueError: a field of the fiber has the wrong shape.
+    """
+    return _called(_REST, (tail.REST,), fiber, (theta_i, theta_o, phi), constants)

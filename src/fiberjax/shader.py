@@ -11,10 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import artist, karis, realtime
+from fiberjax import artist, heads, karis, realtime, tail
 from fiberjax._types import Floats, choice
 from fiberjax.emission import DOTS, Program, emitted
-from fiberjax.exponential import DOMAIN
 from fiberjax.expression import DIRECTIONS, MATERIAL, Graph, Node
 from fiberjax.fiber import Fiber, cast
 from fiberjax.languages import LANGUAGES
@@ -48,20 +47,6 @@ class ArtistMaterial(NamedTuple):
 
 _COLORS = ("sigma_a", "base_color")
 
-_MEANING = {
-    "eta": "index of refraction, >= 1",
-    "sigma_a": "absorption per fiber radius, >= 0",
-    "beta_m": "longitudinal width of R in radians; TT half, TRT twice",
-    "beta_n": "azimuthal roughness in radians",
-    "alpha": "tilt of the scales in radians, < 0 if T points to the tip",
-    "base_color": "linear, in [0, 1]",
-    "specular": "factor of R",
-    "roughness": "in (0, 1]; its square is the width of R",
-    "scatter": "factor of the scattering",
-    "shift": "tilt of TT in radians; R -2 times, TRT 4 times",
-    "shadow": "light that reaches the hair, in [0, 1]",
-}
-
 
 class Shader(NamedTuple):
     """What a shader computes, and what to say about it.
@@ -79,8 +64,8 @@ class Shader(NamedTuple):
     sections: dict[str, str]
 
 
-def _of_tier(tier: str) -> Callable[..., Floats]:
-    """R + TT + TRT of a tier, each a section."""
+def _of_tier(tier: str, rest: bool = False) -> Callable[..., Floats]:
+    """R + TT + TRT of a tier, and the rest, each a section."""
     lobe, constants = realtime.tier_of(tier)
     # Python's numbers take any dtype, arrays have one.
     constants = jax.tree.map(
@@ -93,6 +78,8 @@ def _of_tier(tier: str) -> Callable[..., Floats]:
             section(name, partial(lobe, p, constants))(hair, at)
             for p, name in enumerate(_LOBES)
         ]
+        if rest:
+            terms.append(section("rest", partial(tail.rest, tail.FITTED))(hair, at))
         return added(terms)
 
     return bsdf
@@ -110,46 +97,6 @@ def _drop_in(material, at):
     return added(terms)
 
 
-_KARIS = {
-    "R": "Reflected. d'Eon et al. 2014: a Gaussian in sin theta, squeezed by "
-    "cos(phi/2) and centered where a mirror of the scales' tilt throws the light; "
-    "Schlick's F.",
-    "TT": "Through the fiber. (1 - F)^2 C^(cos gamma_t/(2 cos theta_d)) D(phi) at one "
-    "offset h for each phi, a = 1/eta'; a Gaussian in sin theta. The exponents of all "
-    "three are one.",
-    "TRT": "Reflected inside. (1 - F)^2 F C^(0.8/cos theta_d) D(phi) at the offset "
-    "h = sqrt(3)/2; a Gaussian in sin theta. The exponents of all three are one.",
-    "scattering": "What other hairs have scattered: sqrt(C) (n . L + 1)/(4 pi) "
-    "(C/luma)^(1 - shadow), n the part of V across the fiber.",
-}
-_LOBES_FITTED = {
-    "R": "Reflected. T = cos phi + kT, P = (1 + q)(cos phi + kP); the largest of the "
-    "lines is I0^-2 in M. An exponential of Fresnel, N and M together.",
-    "TT": "Through the fiber. A factor that rises towards grazing, and one exponential "
-    "for each color: a polynomial in cos phi and q, and M's chord^2/(2 v).",
-    "TRT": "Reflected inside. A factor as that of TT, and exponentials of polynomials "
-    "in cos phi - 1 and q, one for all colors.",
-}
-_TITLES = {
-    "light": "Hair of three exponentials and a root per lobe: R + TT + TRT.",
-    "medium": "Hair of exponentials, TRT with its caustic: R + TT + TRT.",
-    "fine": "Hair of exponentials of longer polynomials: R + TT + TRT.",
-}
-_FITTED = (
-    "Form: exponentials of polynomials in cos phi and q = cos 2 theta_d; the tilt",
-    "turns the cone. Fitted to S over both directions, absorption along 1/cos theta_t.",
-    "Domain: "
-    + ", ".join(f"{name} {low} to {high}" for name, (low, high) in DOMAIN.items())
-    + ".",
-    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m.",
-    "Constants: fits/tiers.py.",
-)
-_DIRECTIONS = (
-    "L points towards the light, V towards the eye, T along the fiber: unit vectors.",
-    "hair_bsdf returns what one light adds per unit of its irradiance across L, per",
-    "steradian: S cos(theta). Do not multiply by the cosine of an inclination again.",
-)
-
 SHADERS = {
     "karis2016": Shader(
         Material,
@@ -161,7 +108,7 @@ SHADERS = {
             "Constants: those published. Source: Karis 2016, Physically based hair",
             "shading in Unreal.",
         ),
-        _KARIS,
+        heads.KARIS,
     ),
     "karis2016_artist": Shader(
         ArtistMaterial,
@@ -173,14 +120,33 @@ SHADERS = {
             "Constants: those published. Source: Karis 2016, Physically based hair",
             "shading in Unreal.",
         ),
-        _KARIS,
+        heads.KARIS,
     ),
     **{
-        name: Shader(Material, _of_tier(name), (_TITLES[name], *_FITTED), _LOBES_FITTED)
+        name: Shader(
+            Material,
+            _of_tier(name),
+            (heads.TITLES[name], *heads.FITTED),
+            heads.EXPONENTIAL,
+        )
         for name in realtime.FITTED
     },
 }
-"""What can be emitted: the tiers of `realtime.TIERS`, and Karis' own parameters."""
+"""What can be emitted: the tiers of `realtime.TIERS`, with the rest and without it, and
+Karis' own parameters."""
+
+
+def _with_rest(tier: str) -> Shader:
+    """The shader of a tier and the rest."""
+    shader = SHADERS[tier]
+    return shader._replace(
+        bsdf=_of_tier(tier, True),
+        about=(*shader.about, *heads.WITH_REST),
+        sections=shader.sections | {"rest": heads.REST},
+    )
+
+
+SHADERS |= {f"{tier}_rest": _with_rest(tier) for tier in realtime.TIERS}
 
 
 def _inputs(graph: Graph, shader: Shader) -> tuple[list[Node], list[Node]]:
@@ -217,9 +183,16 @@ def program(tier: str, measured: Sequence[str] = ()) -> Program:
     )
     return Program(
         regrouped(root),
-        {node: _MEANING[node.name] for node in material},
+        {node: heads.MEANING[node.name] for node in material},
         shader.sections,
-        [*shader.about, "", *_DIRECTIONS, *measured, "", "Emitted by fits/shaders.py."],
+        [
+            *shader.about,
+            "",
+            *heads.DIRECTIONS,
+            *measured,
+            "",
+            "Emitted by fits/shaders.py.",
+        ],
     )
 
 
@@ -234,8 +207,9 @@ def source(tier: str, language: str, measured: Sequence[str] = ()) -> str:
     exponents are regrouped as those of real numbers.
 
     Args:
-        tier: one of `SHADERS`: the tiers of `realtime.TIERS`, and "karis2016_artist",
-            which has Karis' own parameters and scattering.
+        tier: one of `SHADERS`: the tiers of `realtime.TIERS`; those with "_rest" behind
+            the name, which add `realtime.rest`; and "karis2016_artist", which has
+            Karis' own parameters and scattering.
         language: "hlsl", "glsl" or "wgsl".
         measured: lines for the head of the file, as of its errors.
 

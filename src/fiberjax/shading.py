@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jax.ad_checkpoint import checkpoint_name
 
 from fiberjax._types import Floats
-from fiberjax.fiber import Fiber, lobe_shape
+from fiberjax.fiber import Fiber, lobe_shape, rest_shape
 
 LOBES = (0, 1, 2)
 """R, TT and TRT."""
@@ -93,7 +93,8 @@ class Hair(NamedTuple):
     """What a real-time model knows of a fiber: numbers of R, TT and TRT in tuples.
 
     eta; sigma_a per radius, (C,), or None if clear; beta_m and the tilt of the cone in
-    radians for each lobe; beta_n in radians for each.
+    radians for each lobe; beta_n in radians for each. Those that `of_fiber` makes end
+    with the numbers of the rest, all higher lobes together.
     """
 
     eta: Floats
@@ -105,7 +106,7 @@ class Hair(NamedTuple):
 
 def of_fiber(fiber: Fiber) -> Hair:
     """The hair of a fiber of the reference."""
-    shapes = [lobe_shape(fiber, p) for p in LOBES]
+    shapes = [*(lobe_shape(fiber, p) for p in LOBES), rest_shape(fiber)]
     return Hair(
         fiber.eta,
         None if fiber.sigma_a is None else jnp.atleast_1d(fiber.sigma_a),

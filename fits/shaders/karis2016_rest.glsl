@@ -1,0 +1,183 @@
+// Hair of Karis 2016, as published: R + TT + TRT of a fiber.
+// Form: a Gaussian in sin theta times one exponential in cos phi per lobe.
+// It knows eta only in F and beta_n nowhere: eta' is fitted for eta = 1.55.
+// Constants: those published. Source: Karis 2016, Physically based hair
+// shading in Unreal.
+// With the rest, all lobes above TRT as one. Constants of the rest: fits/tail.py
+// in fiberjax, for eta 1.4 to 1.7, beta_m 0.05 to 0.55, sigma_a 0 to 1.2.
+//
+// L points towards the light, V towards the eye, T along the fiber: unit vectors.
+// hair_bsdf returns what one light adds per unit of its irradiance across L, per
+// steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
+// hair_bsdf_hoisted takes 17 operations of a special-function unit
+// (exp, rsqrt, ...) and 172 others, counted in SPIR-V, nothing fused.
+//
+// Emitted by fits/shaders.py.
+
+struct HairMaterial {
+    float eta;  // index of refraction, >= 1
+    vec3 sigma_a;  // absorption per fiber radius, >= 0
+    float beta_m;  // longitudinal width of R in radians; TT half, TRT twice
+    float beta_n;  // azimuthal roughness in radians
+    float alpha;  // tilt of the scales in radians, < 0 if T points to the tip
+};
+
+// What depends on the material alone.
+struct HairConstants {
+    float shift_across;
+    float shift_along;
+    float f1;
+    float f0;
+    float tilt_tt;
+    float tilt_trt;
+    float q1;
+    float q0;
+    float c;
+    float o;
+    float narrow_r;
+    float peak_r;
+    float narrow_tt;
+    vec3 log_color;
+    float peak_tt;
+    float narrow_trt;
+    float peak_trt;
+    vec3 K1;
+    vec3 K0;
+    float narrow_rest;
+};
+
+HairConstants hair_constants(HairMaterial material) {
+    HairConstants hair;
+    float alpha = material.alpha;
+    float sin_alpha = sin(alpha);
+    hair.shift_across = 2.0 * sin_alpha * cos(alpha);
+    hair.shift_along = 2.0 * (sin_alpha * sin_alpha);
+    float t = (material.eta - 1.0) / (material.eta + 1.0);
+    float root = t;
+    hair.f0 = root * root;
+    hair.f1 = 1.0 - hair.f0;
+    hair.tilt_tt = -material.alpha;
+    hair.tilt_trt = -4.0 * material.alpha;
+    float z = 10.0 * (t - 0.21568628);
+    hair.q1 = exp(0.82444334 * z - 0.33490968);
+    hair.q0 = exp(0.817595 * z - 3.6194382);
+    float beta = 2.0 * material.beta_m;
+    float beta2 = beta * beta;
+    float v = beta2;
+    float u = v / (v + 0.3);
+    hair.c = exp((-0.04523642 * u - 1.8319241) * u + 1.837877) / v;
+    hair.o = exp((-1.5010388 * u + 1.5143539) * u - 0.17497675);
+    float beta_r = 1.4142135 * material.beta_m;
+    hair.narrow_r = -0.5 / (beta_r * beta_r);
+    float peak = 0.3989423 / beta_r;
+    hair.peak_r = 0.25 * peak;
+    float beta_tt = 0.5 * material.beta_m;
+    hair.narrow_tt = -0.5 / (beta_tt * beta_tt);
+    hair.log_color = -4.0 * material.sigma_a;
+    hair.peak_tt = 0.3989423 / beta_tt;
+    hair.narrow_trt = -0.5 / beta2;
+    hair.peak_trt = 0.3989423 / beta;
+    float t_rest = tanh(1.0 / v);
+    float level = 0.07957747 * (1.0 + t_rest) * exp(0.8045389 * z - 3.0564744)
+        / (t_rest * v);
+    vec3 less = level / (1.0 + exp(0.021075655 * z + 1.2070837) * material.sigma_a);
+    hair.K1 = material.sigma_a * less
+        * exp(-0.38885695 * z + 0.65199494 - 6.2571955 * material.sigma_a);
+    hair.K0 = less * exp(-(exp(-0.21201968 * z + 2.006476) * material.sigma_a));
+    hair.narrow_rest = -0.5 / v;
+    return hair;
+}
+
+// Reflected. d'Eon et al. 2014: a Gaussian in sin theta, squeezed by cos(phi/2) and
+// centered where a mirror of the scales' tilt throws the light; Schlick's F.
+float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_io, float cos_o,
+    float over_half_phi, float cos_half_phi) {
+    float shift = hair.shift_across * cos_o * cos_half_phi + hair.shift_along * sin_o;
+    float cos_half = sqrt(max(0.5 + 0.5 * cos_io, 0.0));
+    float x = 1.0 - cos_half;
+    float x2 = x * x;
+    float F = hair.f0 + hair.f1 * (x2 * x2 * x);
+    float off = (sin_i + sin_o - shift) * over_half_phi;
+    return hair.peak_r * F * exp(hair.narrow_r * (off * off));
+}
+
+// Through the fiber. (1 - F)^2 C^(cos gamma_t/(2 cos theta_d)) D(phi) at one offset h
+// for each phi, a = 1/eta'; a Gaussian in sin theta. The exponents of all three are
+// one.
+vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_phi,
+    float cos_half_phi, float over_d, float cos_d) {
+    float a = cos_d / (1.19 + 0.36 * (cos_d * cos_d));
+    float h = (1.0 + a * (0.6 - 0.8 * cos_phi)) * cos_half_phi;
+    float x = 1.0 - cos_d * sqrt(max(1.0 - h * h, 0.0));
+    float x2 = x * x;
+    float F = hair.f0 + hair.f1 * (x2 * x2 * x);
+    float sin_inside = h * a;
+    float passed = 1.0 - F;
+    float off = sin_i + sin_o - hair.tilt_tt;
+    float passes = 0.5 * sqrt(max(1.0 - sin_inside * sin_inside, 0.0)) * over_d;
+    return hair.peak_tt * (passed * passed)
+        * exp(-3.65 * cos_phi - 3.98 + hair.narrow_tt * (off * off)
+        + passes * hair.log_color);
+}
+
+// Reflected inside. (1 - F)^2 F C^(0.8/cos theta_d) D(phi) at the offset h = sqrt(3)/2;
+// a Gaussian in sin theta. The exponents of all three are one.
+vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_phi,
+    float over_d, float cos_d) {
+    float x = 1.0 - 0.5 * cos_d;
+    float x2 = x * x;
+    float F = hair.f0 + hair.f1 * (x2 * x2 * x);
+    float passed = 1.0 - F;
+    float off = sin_i + sin_o - hair.tilt_trt;
+    float passes = 0.8 * over_d;
+    return hair.peak_trt * (passed * passed) * F
+        * exp(17.0 * cos_phi - 16.78 + hair.narrow_trt * (off * off)
+        + passes * hair.log_color);
+}
+
+// All lobes above TRT, uniform in azimuth: exp(-X/(2 v)) Y rsqrt(Y (q0 + q1 Y + Y^2)^2
+// (o + c/v cos theta_i cos theta_o)) (K0 + K1 Y), X = 2 - 2 cos(theta_i + theta_o), Y =
+// 4 cos^2 theta_d.
+vec3 hair_rest(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o) {
+    float both = sin_i + sin_o;
+    float apart = cos_i - cos_o;
+    float together = cos_i + cos_o;
+    float square_both = both * both;
+    float X = square_both + apart * apart;
+    float Y = square_both + together * together;
+    float quadratic = hair.q0 + Y * (hair.q1 + Y);
+    float across = cos_i * cos_o;
+    float square = Y * (hair.o + hair.c * across) * (quadratic * quadratic);
+    return Y * inversesqrt(square) * exp(hair.narrow_rest * X)
+        * (hair.K0 + Y * hair.K1);
+}
+
+// With constants that have been made before.
+vec3 hair_bsdf_hoisted(HairConstants hair, vec3 L, vec3 V, vec3 T) {
+    float sin_i = dot(T, L);
+    float sin_o = dot(T, V);
+    float cos_io = dot(L, V);
+    float square_i = max((1.0 - sin_i) * (1.0 + sin_i), 1e-12);
+    float over_i = inversesqrt(square_i);
+    float cos_i = square_i * over_i;
+    float square_o = max((1.0 - sin_o) * (1.0 + sin_o), 1e-12);
+    float over_o = inversesqrt(square_o);
+    float cos_o = square_o * over_o;
+    float along = sin_i * sin_o;
+    float cos_phi = clamp((cos_io - along) * over_i * over_o, -1.0, 1.0);
+    float square_half_phi = max(0.5 + 0.5 * cos_phi, 1e-12);
+    float over_half_phi = inversesqrt(square_half_phi);
+    float cos_half_phi = square_half_phi * over_half_phi;
+    float square_d = max(0.5 + 0.5 * (cos_i * cos_o + along), 1e-12);
+    float over_d = inversesqrt(square_d);
+    float cos_d = square_d * over_d;
+    return hair_R(hair, sin_i, sin_o, cos_io, cos_o, over_half_phi, cos_half_phi)
+        + hair_TT(hair, sin_i, sin_o, cos_phi, cos_half_phi, over_d, cos_d)
+        + hair_TRT(hair, sin_i, sin_o, cos_phi, over_d, cos_d)
+        + hair_rest(hair, sin_i, sin_o, cos_i, cos_o);
+}
+
+// L towards the light, V towards the eye, T along the fiber: unit.
+vec3 hair_bsdf(HairMaterial material, vec3 L, vec3 V, vec3 T) {
+    return hair_bsdf_hoisted(hair_constants(material), L, V, T);
+}
