@@ -4,7 +4,8 @@ Exact: `fiberjax.realtime.evaluate` and `fiberjax.artist.shade`, the JAX functio
 Written: each of `fiberjax.shader.SHADERS` in HLSL, GLSL and WGSL; the operations of
 each for `fiberjax.realtime.cost`, in the machine code of a GPU where the packages of
 `pip install '.[assembly]'` are, in optimized SPIR-V where glslangValidator, spirv-opt
-and spirv-dis are. What cannot be counted stays as it was.
+and spirv-dis are. What cannot be counted stays as it was. The heads of the files say
+what quality.json does, which fits/quality.py writes.
 """
 
 import argparse
@@ -22,6 +23,7 @@ from fiberjax.emission import emitted
 from fiberjax.languages import LANGUAGES
 
 SHADERS = Path(__file__).parent / "shaders"
+QUALITY = Path(__file__).parent / "quality.json"
 COUNTERS: dict[str, Any] = {"assembly": assembly, "spirv": spirv}
 
 
@@ -48,18 +50,38 @@ def counted(before: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
+def measured(
+    cost: dict[str, dict[str, int]], worth: dict[str, Any] | None
+) -> list[str]:
+    """Lines for the head of a file: its operations, and what quality.json says."""
+    gpu, general = cost["assembly"], cost["spirv"]
+    lines = [
+        f"hair_bsdf_hoisted takes {gpu['special']} special operations "
+        f"(exp, rsqrt, ...) and {gpu['other']}",
+        f"others in the code of a GPU, {assembly.ARCHITECTURE}, a fused "
+        f"multiply-add as one; {general['special']} and",
+        f"{general['other']} in SPIR-V, nothing fused.",
+    ]
+    if worth is None:
+        return lines
+    usual, unseen, clear = worth["path"]["theta_t"], worth["unseen"], worth["furnace"]
+    return [
+        f"R + TT + TRT is off by {usual['mean']['S']} of S, relative L2 over both "
+        "directions, mean over",
+        f"four colors and beta = .09, .25, .49, at most {usual['max']['S']}; "
+        f"{unseen['rough']['mean']['S']} on other fibers, at",
+        f"most {unseen['rough']['max']['S']}. Furnace: the albedo of a clear fiber is "
+        f"off by at most {clear['error']['0 to 90']['max']},",
+        f"tilts to 2.5 degrees; above max(1, exact) by {clear['above']}.",
+        *lines,
+    ]
+
+
 def files(costs: dict[str, Any]) -> dict[str, str]:
     """The text of every shader by the name of its file."""
-    texts = {}
+    texts, quality = {}, json.loads(QUALITY.read_text())
     for tier, language in product(shader.SHADERS, LANGUAGES):
-        gpu, general = costs[tier]["assembly"], costs[tier]["spirv"]
-        lines = [
-            f"hair_bsdf_hoisted takes {gpu['special']} special operations "
-            f"(exp, rsqrt, ...) and {gpu['other']}",
-            f"others in the code of a GPU, {assembly.ARCHITECTURE}, a fused "
-            f"multiply-add as one; {general['special']} and",
-            f"{general['other']} in SPIR-V, nothing fused.",
-        ]
+        lines = measured(costs[tier], quality.get(tier.removesuffix("_rest")))
         texts[f"{tier}.{language}"] = shader.source(tier, language, lines)
     return texts
 

@@ -29,8 +29,8 @@ class Samples(NamedTuple):
 
     weight is that of theta_o and phi, weight_i that of theta_i; exact has the lobes on
     the second axis and colors last; square, of the sum, and square_lobes are integrals
-    over both directions, for each fiber and color; clear is the albedo of R + TT + TRT
-    without absorption at each theta_i.
+    over both directions, for each fiber and color; room is what the albedo of a clear
+    fiber lacks of the larger of 1 and itself, at each theta_i.
     """
 
     hair: Hair
@@ -40,7 +40,7 @@ class Samples(NamedTuple):
     exact: Any
     square: Any
     square_lobes: Any
-    clear: Any
+    room: Any
 
 
 def _inclinations(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -58,7 +58,8 @@ def _around(center: float, width: float, low: float, high: float) -> Any:
 def _points(fiber: Fiber, theta_i: float, count: int, rng: np.random.Generator) -> Any:
     """theta_o, phi and weights."""
     shapes = [lobe_shape(fiber, p) for p in LOBES]
-    cones = [float(fold(cone(theta_i, shape))) for shape in shapes]
+    given = jnp.asarray(theta_i)
+    cones = [float(fold(cone(given, shape))) for shape in shapes]
     beta_n = float(fiber.beta_n)
     half = np.pi / 2
     over_theta = [
@@ -123,5 +124,5 @@ def samples(fibers: Sequence[Fiber], count: int, seed: int = 0) -> Samples:
         exact,
         np.einsum("fij,fijc->fc", both, exact.sum(1) ** 2),
         np.einsum("fij,fpijc->fpc", both, exact**2),
-        clear,
+        np.maximum(clear, 1) - clear,
     )

@@ -35,8 +35,8 @@ EXPONENTIAL = {
     "of I0 in M. One exponential for F, N and M.",
     "TT": "Through the fiber: a factor of M and F at grazing, and one exponential for "
     "each color, a polynomial in cos phi and q less M's chord^2/(2 v).",
-    "TRT": "Reflected inside: a factor as that of TT, and exponentials for all colors of "
-    "polynomials in cos phi - 1 and q less chord^2/(2 v).",
+    "TRT": "Reflected inside: a factor as that of TT, and exponentials of "
+    "polynomials in cos phi - 1 and q less chord^2/(2 v), for all colors.",
 }
 TITLES = {
     "light": "Hair of three exponentials and a root per lobe: R + TT + TRT.",
