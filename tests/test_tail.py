@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.flatten_util import ravel_pytree
 
 import fiberjax as fj
 from fiberjax import realtime, tail
@@ -77,7 +78,7 @@ def test_the_committed_errors_are_found_again():
 
 def test_no_other_constants_nearby_are_better():
     goal = judge.target(judge.spread(script.FIBERS, 0), sphere.grid(script.NODES, 1))
-    best, unravel = jax.flatten_util.ravel_pytree(script.as_float(tail.FITTED))
+    best, unravel = ravel_pytree(script.as_float(tail.FITTED))
 
     def size(k):
         return script.size(unravel(k), goal)
