@@ -86,7 +86,7 @@ def test_no_other_constants_nearby_are_better():
     least = size(best)
     np.testing.assert_allclose(least, COMMITTED["error"]["float32"], rtol=1e-3)
     found = jax.jit(jax.vmap(size))
-    steps = 0.01 * np.concatenate([np.eye(best.size), -np.eye(best.size)])
+    steps = 0.03 * np.concatenate([np.eye(best.size), -np.eye(best.size)])
     assert (np.asarray(found(best + steps)) > float(least)).all()
 
 
