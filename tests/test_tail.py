@@ -12,6 +12,7 @@ import jax.flatten_util
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.flatten_util import ravel_pytree
 
 import fiberjax as fj
 from fiberjax import realtime, tail
@@ -78,7 +79,7 @@ def test_the_committed_errors_are_found_again():
 
 def test_no_other_constants_nearby_are_better():
     goal = judge.target(judge.spread(script.FIBERS, 0), sphere.grid(script.NODES, 1))
-    best, unravel = jax.flatten_util.ravel_pytree(script.as_float(tail.FITTED))
+    best, unravel = ravel_pytree(script.as_float(tail.FITTED))
 
     def size(k):
         return script.size(unravel(k), goal)
@@ -86,7 +87,7 @@ def test_no_other_constants_nearby_are_better():
     least = size(best)
     np.testing.assert_allclose(least, COMMITTED["error"]["float32"], rtol=1e-3)
     found = jax.jit(jax.vmap(size))
-    steps = 0.01 * np.concatenate([np.eye(best.size), -np.eye(best.size)])
+    steps = 0.03 * np.concatenate([np.eye(best.size), -np.eye(best.size)])
     assert (np.asarray(found(best + steps)) > float(least)).all()
 
 

@@ -59,14 +59,14 @@ HairConstants hair_constants(HairMaterial material) {
     hair.tilt_tt = -material.alpha;
     hair.tilt_trt = -4.0 * material.alpha;
     float z = 10.0 * (t - 0.21568628);
-    hair.q1 = exp(0.82444334 * z - 0.33490968);
-    hair.q0 = exp(0.817595 * z - 3.6194382);
+    hair.q1 = exp(0.8244 * z - 0.3349);
+    hair.q0 = exp(0.8176 * z - 3.619);
     float beta = 2.0 * material.beta_m;
     float beta2 = beta * beta;
     float v = beta2;
     float u = v / (v + 0.3);
-    hair.c = exp((-0.04523642 * u - 1.8319241) * u + 1.837877) / v;
-    hair.o = exp((-1.5010388 * u + 1.5143539) * u - 0.17497675);
+    hair.c = exp((-0.04524 * u - 1.832) * u + 1.837877) / v;
+    hair.o = exp((-1.501 * u + 1.514) * u - 0.175);
     float beta_r = 1.4142135 * material.beta_m;
     hair.narrow_r = -0.5 / (beta_r * beta_r);
     float peak = 0.3989423 / beta_r;
@@ -78,12 +78,11 @@ HairConstants hair_constants(HairMaterial material) {
     hair.narrow_trt = -0.5 / beta2;
     hair.peak_trt = 0.3989423 / beta;
     float t_rest = tanh(1.0 / v);
-    float level = 0.07957747 * (1.0 + t_rest) * exp(0.8045389 * z - 3.0564744)
-        / (t_rest * v);
-    vec3 less = level / (1.0 + exp(0.021075655 * z + 1.2070837) * material.sigma_a);
+    float level = 0.07957747 * (1.0 + t_rest) * exp(0.8045 * z - 3.056) / (t_rest * v);
+    vec3 less = level / (1.0 + exp(0.02108 * z + 1.207) * material.sigma_a);
     hair.K1 = material.sigma_a * less
-        * exp(-0.38885695 * z + 0.65199494 - 6.2571955 * material.sigma_a);
-    hair.K0 = less * exp(-(exp(-0.21201968 * z + 2.006476) * material.sigma_a));
+        * exp(-0.3889 * z + 0.652 - 6.258872 * material.sigma_a);
+    hair.K0 = less * exp(-(exp(-0.212 * z + 2.006) * material.sigma_a));
     hair.narrow_rest = -0.5 / v;
     return hair;
 }
