@@ -181,7 +181,7 @@ def fit(form: Any, few: Samples, many: Samples, starts: int, max_steps: int) -> 
 
 
 def excess(k: Any, over: Grid) -> float:
-    """By how much the albedo of a clear fiber exceeds the larger of 1 and the exact one.
+    """By how much the albedo of a clear fiber exceeds 1 and the exact one, both.
 
     The largest, over a grid of theta_i that the fit does not know.
     """

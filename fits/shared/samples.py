@@ -71,14 +71,16 @@ def _points(fiber: Fiber, theta_i: float, count: int, rng: np.random.Generator) 
         _around(0.0, beta_n + 0.25, 0, np.pi),
     ]
     x = qmc.Sobol(2, rng=rng).random(count)
-    which, number = np.arange(count) % COMPONENTS, np.arange(count) // COMPONENTS
+    # Neighbors in the sequence fill the square; every 16th point does not.
+    block = np.arange(count) * COMPONENTS**2 // count
+    which, number = block % COMPONENTS, block // COMPONENTS
     theta_o = np.select(
         [which == j for j in range(3)],
         [density.ppf(x[:, 0]) for density in over_theta],
         np.pi * (x[:, 0] - 0.5),
     )
     phi = np.select(
-        [number % COMPONENTS == j for j in range(2)],
+        [number == j for j in range(2)],
         [density.ppf(x[:, 1]) for density in over_phi],
         np.pi * x[:, 1],
     )

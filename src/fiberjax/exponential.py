@@ -162,7 +162,8 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
     """
     of = features(hair, 0)
     over_v = 1 / hair.beta_m[0] ** 2 + polynomial(k["over_v"], of)
-    over_v = checkpoint_name(over_v, "over_v")
+    # It has a logarithm however wide M is.
+    over_v = checkpoint_name(jnp.maximum(over_v, _LEAST), "over_v")
     beta_n = checkpoint_name(of["n"] + polynomial(k["beta_n"], of), "beta_n")
     kT, kP = (
         checkpoint_name(1 + (polynomial(k[x], of) * beta_n) ** 2 + _LEAST, x)
@@ -175,7 +176,8 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
     for line in k["lines"]:
         slope = polynomial(line["slope"], of) * (turned.cos * over_v)
         slope = checkpoint_name(slope, "slope")
-        lines.append(polynomial(line["offset"], of) + slope * turned.a)
+        offset = checkpoint_name(polynomial(line["offset"], of), "offset")
+        lines.append(offset + slope * turned.a)
     below = (
         T
         * reduce(jnp.maximum, lines)
@@ -198,7 +200,8 @@ def _through(p: int, k: Any, hair: Hair, at: Geometry) -> Floats:
     """
     of, turned = features(hair, p), cone(hair.tilt[p], at)
     v = checkpoint_name(hair.beta_m[p] ** 2, "v")
-    near = checkpoint_name(at.Y + polynomial(k["rise"]["Y"], of), "near")
+    k_near = checkpoint_name(polynomial(k["rise"]["Y"], of), "k_near")
+    near = checkpoint_name(at.Y + k_near, "near")
     flat = checkpoint_name(polynomial(k["rise"]["a"], of) ** 2 + _LEAST, "flat")
     rise = at.Y * jax.lax.rsqrt(near * near * (turned.a + flat))
     rise = checkpoint_name(rise, "rise")

@@ -3,6 +3,9 @@
     karis2016   Karis 2016 as published. It knows beta_n of no lobe, and eta only in F:
                 its eta' is fitted for 1.55. fiberjax.artist has its artist parameters,
                 scattering and environment light.
+    light, medium, fine
+                fiberjax.exponential: ours, by rising cost, for every roughness and eta
+                of its domain and for the path of light in the fiber.
 
 What they are worth is in fits/quality.json. All lobes above TRT are one term, the same
 for every tier: fiberjax.tail.
