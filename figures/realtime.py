@@ -158,7 +158,7 @@ def draw_front():
 WIDE, DPI = 1350, 150
 """Pixels: 900 of a browser, at one and a half times its resolution."""
 
-LIGHTS = {"front": swatch.direction(-30, 10), "back": swatch.direction(-130, 8)}
+LIGHTS = {"front": swatch.direction(-30, 10), "back": swatch.direction(-120, 8)}
 """R and TRT are seen towards the light, TT against it."""
 
 ROWS = (

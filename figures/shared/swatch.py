@@ -64,8 +64,11 @@ def scenes(
     at = seen(fibers() if lock is None else lock, columns, rows)
     found = []
     for light in lights:
-        angles = fiberjax.to_angles(light, EYE, at.tangent)
-        found.append(Scene(at.covered, *map(np.asarray, angles), arriving(at, light)))
+        theta_i, theta_o, phi = map(
+            np.asarray, fiberjax.to_angles(light, EYE, at.tangent)
+        )
+        factor = arriving(at, light)
+        found.append(Scene(at.covered, theta_i, theta_o, phi, factor))
     return found
 
 
