@@ -262,7 +262,7 @@ def draw_slides():
     tall = round(ASPECT * width)
     page = sheet(head + len(ROWS) * (width + gap) + gap)
     names = [label_of(m) for m in shown]
-    names += [f"{label_of(m)} less reference" for m in others]
+    names += [f"{label_of(m).removeprefix('ours, ')} less reference" for m in others]
     for j, name in enumerate(names):
         page.text(edge + j * (tall + gap) + tall / 2, head / 2, name, weight="bold")
     cells, table = [], []
