@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import json
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from PIL import Image
 
 import fiberjax
 
@@ -23,17 +25,31 @@ NAMES = (
     "furnace",
     "lobes",
     "nodes",
+    "realtime",
     "speed",
     "stability",
     "tilt",
     "variance",
 )
-TABLES = ("error_vs_time", "furnace", "nodes", "speed", "stability", "variance")
+OF_REALTIME = ("realtime_front", "realtime_furnace")
+SVGS = (*(name for name in NAMES if name != "realtime"), *OF_REALTIME)
+PNGS = ("realtime_slides", "swatch")
+TABLES = (
+    "error_vs_time",
+    "furnace",
+    "nodes",
+    *OF_REALTIME,
+    "realtime_slides",
+    "speed",
+    "stability",
+    "variance",
+)
 # Times differ from run to run, and one takes minutes and has tests of its own.
 REPRODUCIBLE = tuple(
     name
     for name in NAMES
-    if name not in ("error_vs_time", "nodes", "speed", "stability", "variance")
+    if name
+    not in ("error_vs_time", "nodes", "realtime", "speed", "stability", "variance")
 )
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 # Names that hash what they name, down to its last bit.
@@ -45,6 +61,8 @@ m_forms = import_module("shared.m_forms")
 n_rules = import_module("shared.n_rules")
 precise = import_module("shared.precise")
 strategies = import_module("shared.strategies")
+lock = import_module("shared.lock")
+swatch = import_module("shared.swatch")
 front = import_module("shared.points").front
 
 
@@ -59,8 +77,9 @@ def rows(path):
 
 def test_every_script_is_tested():
     assert {path.stem for path in FIGURES.glob("*.py")} == set(NAMES)
-    drawn = {path.name for path in FIGURES.iterdir() if path.suffix in (".svg", ".csv")}
-    assert drawn == {f"{n}.svg" for n in NAMES} | {f"{n}.csv" for n in TABLES}
+    drawn = {path.name for path in FIGURES.iterdir() if path.suffix not in ("", ".py")}
+    written = (SVGS, "svg"), (PNGS, "png"), (TABLES, "csv")
+    assert drawn == {f"{name}.{kind}" for names, kind in written for name in names}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -75,7 +94,7 @@ def test_help(name, capsys):
     assert doc.strip() in text
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SVGS)
 def test_committed_svg(name):
     text = (FIGURES / f"{name}.svg").read_text()
     assert len(text) < 400_000
@@ -394,3 +413,107 @@ def test_speed_has_every_work():
         assert float(row["ratio"]) == pytest.approx(ratio, rel=2e-3)
         if row["setting"] == "N":
             assert float(row["ns"]) < 3e9
+
+
+@pytest.mark.parametrize("name", PNGS)
+def test_committed_png(name):
+    path = FIGURES / f"{name}.png"
+    assert path.stat().st_size < 400_000
+    with Image.open(path) as picture:
+        assert picture.width == script("realtime").WIDE
+        assert picture.text["Title"]  # type: ignore
+
+
+def judged():
+    return json.loads((FIGURES.parent / "fits" / "quality.json").read_text())
+
+
+def test_the_front_is_that_of_the_measure():
+    realtime = script("realtime")
+    table = rows(FIGURES / "realtime_front.csv")
+    names = [*fiberjax.realtime.TIERS, realtime.REFITTED]
+    assert [row["name"] for row in table] == names
+    assert [list(row.values()) for row in table] == [
+        [*map(str, point)] for point in realtime.points()
+    ]
+    for row in table:
+        paths = judged()[row["name"]]["path"]
+        group = paths[row["path"]]
+        assert float(row["error"]) == group["mean"]["S"]
+        other = {"theta_t": "theta_d", "theta_d": "theta_t"}[row["path"]]
+        assert float(row["error"]) <= paths[other]["mean"]["S"]
+        assert float(row["low"]) < float(row["error"]) < float(row["high"])
+        assert float(row["high"]) == group["max"]["S"]
+
+
+def test_the_furnace_is_that_of_the_measure():
+    table = rows(FIGURES / "realtime_furnace.csv")
+    assert {row["roughness"] for row in table} == set(script("realtime").FURNACE_R)
+    groups = itertools.groupby(table, lambda row: (row["roughness"], row["alpha_deg"]))
+    for (width, alpha), group in groups:
+        group = list(group)
+        exact = np.array([float(row["reference"]) for row in group])
+        for tier in fiberjax.realtime.TIERS:
+            close = np.array([float(row[tier]) for row in group])
+            key = width if alpha == "0" else f"{width}, tilted"
+            entry = judged()[tier]["furnace"][key]
+            assert close.max() == pytest.approx(entry["largest"], 1e-3)
+            assert exact.max() == pytest.approx(entry["largest exact"], 1e-3)
+            assert np.abs(close - exact).max() == pytest.approx(entry["error"], 1e-3)
+
+
+def small():
+    light = swatch.direction(-130, 8)
+    return light, *swatch.scenes(12, [light], lock.fibers(300, 40))
+
+
+def test_the_lock_is_the_same_again():
+    one, two, other = (lock.fibers(50, 20, seed) for seed in (1, 1, 2))
+    for a, b in zip(one, two, strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert np.abs(one.point - other.point).max() > 0.01
+    np.testing.assert_array_equal(small()[1].phi, small()[1].phi)
+
+
+def test_the_camera_sees_the_nearest_fiber():
+    lines = np.array([[[x, 2.0, z], [x, -2.0, z]] for x in (0.1, 0.6) for z in (0, 1)])
+    place = np.zeros((4, 2, 2))
+    at = lock.seen(lock.Fibers(lines, place, np.arange(4.0)), 20, 44)
+    assert list(np.flatnonzero(at.covered.any(0))) == [11, 16]
+    assert set(at.shade) == {1, 3}
+    assert (at.tangent == [0, -1, 0]).all()
+
+
+def test_a_pixel_of_the_reference_is_what_evaluate_returns():
+    light, scene = small()
+    lobes = [swatch.radiance(swatch.REFERENCE, p, scene) for p in range(3)]
+    angles = scene.theta_i, scene.theta_o, scene.phi
+    exact = fiberjax.evaluate(swatch.hair(), *angles, rest=False)
+    for k, color in enumerate(swatch.COLORS):
+        shown = sum(lobe[color][scene.covered] for lobe in lobes)
+        expected = np.asarray(exact)[:, 3 * k : 3 * k + 3] * scene.arriving[:, None]
+        np.testing.assert_allclose(shown, expected, 1e-5, 1e-6 * expected.max())
+    at = lock.seen(lock.fibers(300, 40), 36, round(12 * lock.ASPECT) * 3)
+    np.testing.assert_allclose(at.tangent @ light, np.sin(scene.theta_i), atol=1e-12)
+
+
+def test_a_pixel_of_a_tier_is_what_it_returns():
+    _, scene = small()
+    angles = scene.theta_i, scene.theta_o, scene.phi
+    for tier in fiberjax.realtime.TIERS:
+        value = fiberjax.realtime.lobe(tier, swatch.hair(), 1, *angles)
+        shown = swatch.radiance(tier, 1, scene)["black"][scene.covered]
+        expected = np.asarray(value)[:, :3] * scene.arriving[:, None]
+        np.testing.assert_allclose(shown, expected, 1e-6, 1e-9)
+
+
+def test_the_exposure_and_the_ground():
+    points = np.full((6, 6, 3), np.nan)
+    points[:3] = 0.25
+    picture = swatch.developed(points, 2.0)
+    assert picture.shape == (2, 2, 3)
+    np.testing.assert_allclose(picture[0], swatch.srgb(0.5))
+    np.testing.assert_allclose(picture[1, 0], swatch.srgb(swatch.GROUND))
+    assert swatch.exposure(points[:3]) == 4
+    np.testing.assert_allclose(swatch.difference(2 * points, points, 2.0)[0], 0.5)
+    assert swatch.off(1.1 * points, points) == pytest.approx(0.1)

@@ -3,16 +3,20 @@
 import argparse
 import csv
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 FIGURES = Path(__file__).parents[1]
 
@@ -65,11 +69,15 @@ class Table(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A figure, what it shows in a few words, and its numbers if it measures."""
+    """A figure, what it shows in a few words, and its numbers if it measures.
+
+    pixels: its panels are pictures, so it is written as PNG at the figure's own dpi.
+    """
 
     figure: Figure
     title: str
     table: Table | None = None
+    pixels: bool = False
 
 
 def figure(height: float) -> Figure:
@@ -116,8 +124,22 @@ def _replace(path: Path, write: Callable[[Path], Any]) -> None:
     unfinished.replace(path)
 
 
+def _write_pixels(path: Path, drawing: Drawing) -> None:
+    """A PNG of 128 colors: hair has too much detail for all of them."""
+    canvas = FigureCanvasAgg(drawing.figure)
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    info = PngInfo()
+    info.add_text("Title", drawing.title)
+    few = picture.quantize(128, dither=Image.Dither.NONE)
+    few.save(path, format="PNG", optimize=True, pnginfo=info)
+
+
 def save(drawing: Drawing, name: str, output: Path) -> None:
-    """Write name.svg, and name.csv if there is a table; a rerun writes the same."""
+    """Write name.svg or name.png, and name.csv if there is a table.
+
+    A rerun writes the same.
+    """
     # Dates and versions would differ between reruns.
     unknown = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     metadata = {"Title": drawing.title, **unknown}
@@ -130,9 +152,12 @@ def save(drawing: Drawing, name: str, output: Path) -> None:
         with path.open("w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows([table.header, *table.rows])
 
-    _settle(drawing.figure)
     output.mkdir(parents=True, exist_ok=True)
-    _replace(output / f"{name}.svg", write_figure)
+    if drawing.pixels:
+        _replace(output / f"{name}.png", partial(_write_pixels, drawing=drawing))
+    else:
+        _settle(drawing.figure)
+        _replace(output / f"{name}.svg", write_figure)
     if drawing.table is not None:
         _replace(output / f"{name}.csv", partial(write_table, table=drawing.table))
 
@@ -144,6 +169,15 @@ def run(
     argv: Sequence[str] | None = None,
 ) -> None:
     """The script: draw in float64 and in the common style, and write the files."""
+    run_all({name: draw}, doc, argv)
+
+
+def run_all(
+    draws: Mapping[str, Callable[[], Drawing]],
+    doc: str | None,
+    argv: Sequence[str] | None = None,
+) -> None:
+    """The script of several figures by name."""
     parser = argparse.ArgumentParser(
         description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -156,7 +190,8 @@ def run(
     )
     options = parser.parse_args(argv)
     jax.config.update("jax_enable_x64", True)
-    progress(name)
-    with mpl.rc_context(RC):
-        save(draw(), name, options.output)
+    for name, draw in draws.items():
+        progress(name)
+        with mpl.rc_context(RC):
+            save(draw(), name, options.output)
     progress("")
