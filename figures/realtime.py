@@ -20,6 +20,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import Normal, Stroke
 from shared import swatch
 from shared.fits import FITS, script
 from shared.lock import ASPECT
@@ -127,7 +128,7 @@ def draw_front():
     ax = fig.subplots()
     least = min(at.operations for at in found)
     low, high = 0.8 * least, 1.15 * QUOTED_COST.high
-    ax.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.01, 1))
+    ax.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.007, 1))
     draw_quoted(ax)
     for at in found:
         color, refit = color_of(at.name), at.name == REFITTED
@@ -138,6 +139,8 @@ def draw_front():
         # The refit has the cost of what is refitted and lies just below it.
         beside: Any = {"xytext": (9, -6 if refit else 6), "color": color}
         beside |= {"textcoords": "offset points", "va": "center", "weight": "bold"}
+        # The bar of the next tier stands behind it.
+        beside["path_effects"] = [Stroke(linewidth=3, foreground="white"), Normal()]
         text = f"{NAMES.get(at.name, at.name)}, {at.error:.3f}"
         ax.annotate(text, (x, at.error), **beside)
     ticks = [x for x in TICKS if low <= x <= high]

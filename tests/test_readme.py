@@ -55,7 +55,7 @@ def test_the_numbers_of_the_rest():
     folder = ROOT / "fits" / "constants"
     entry = json.loads((folder / "tail.json").read_text())
     cost = json.loads((ROOT / "src/fiberjax/data/operations.json").read_text())
-    less, more = (cost[f"karis2016{name}"] for name in ("", "_rest"))
+    less, more = (cost[f"medium{name}"]["assembly"] for name in ("", "_rest"))
     at_85, one = entry["grazing"]["85 deg"], entry["furnace"]["one width"]
     pole, unseen = entry["grazing"]["90 deg"], entry["unseen"]
     text = " ".join(TEXT.split())

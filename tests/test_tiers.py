@@ -194,20 +194,18 @@ def test_a_fit_that_fails_says_so(monkeypatch):
 
 @ours
 def test_reports_are_those_of_the_constants(tier):
-    """On fewer points the errors are about those of the report; rounding changes none.
-
-    float32 has all digits; half is worse, and says by how much.
-    """
+    """On fewer points errors are about those of the report; rounding changes none."""
     entry = json.loads((FITS / "constants" / f"{tier}.json").read_text())
     k = realtime.tier_of(tier).constants
     chosen = tiers.fibers()[::7]
     found = tiers.relative(k, samples.samples(chosen, 32, seed=3))
     assert found.mean() == pytest.approx(entry["error"]["float64"]["mean"], rel=0.25)
     assert entry["error"]["float32"] == entry["error"]["float64"]
-    assert entry["error"]["half"]["mean"] >= entry["error"]["float64"]["mean"]
+    half = entry["error"]["half"]["mean"]
+    assert half == pytest.approx(entry["error"]["float64"]["mean"], rel=0.1)
     for errors in entry["starts"].values():
         reached = [e for e in errors if e is not None]
-        again = sum(e < 1.02 * min(reached) for e in reached)
+        again = sum(e < 1.03 * min(reached) for e in reached)
         assert again >= 2, "one start alone finds the optimum"
 
 
@@ -244,17 +242,23 @@ def test_low_roughness_is_included(tier):
 
 
 def test_nothing_published_is_left_on_the_front():
-    """Each of ours costs less than RTXCR and Karis' error; dearer ones are better."""
+    """Ours at Karis' cost, 1.2 times it and a third more; dearer ones are better.
+
+    A special operation takes a GPU the time of four others. Where pairs are fused the
+    budget holds for each kind, too.
+    """
     errors = [QUALITY[t]["path"]["theta_t"]["mean"]["S"] for t in realtime.FITTED]
     assert errors == sorted(errors, reverse=True)
-    karis = realtime.cost("karis2016")
-    for tier, counted in product(realtime.FITTED, ("assembly", "spirv")):
+    budgets = {"light": (15, 1), "medium": (18, 102 / 80), "fine": (20, 130 / 80)}
+    for counted, (tier, (special, room)) in product(
+        ("assembly", "spirv"), budgets.items()
+    ):
         cost = realtime.cost(tier, counted)
-        of_karis = realtime.cost("karis2016", counted)
-        room = {"light": 1, "medium": 102 / 80, "fine": 130 / 80}[tier]
-        assert cost.special <= {"light": 15, "medium": 18, "fine": 20}[tier]
-        assert cost.other <= room * of_karis.other
-    assert karis.special == 15
+        others = room * realtime.cost("karis2016", counted).other
+        assert cost.special <= special
+        assert 4 * cost.special + cost.other <= 4 * special + others
+        if counted == "assembly":
+            assert cost.other <= others
     assert max(errors) < 0.1 * QUALITY["karis2016"]["path"]["theta_t"]["mean"]["S"]
 
 

@@ -7,9 +7,9 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 113
+// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 109
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 15 and
-// 146 in SPIR-V, nothing fused.
+// 144 in SPIR-V, nothing fused.
 //
 // Emitted by fits/shaders.py.
 
@@ -116,7 +116,7 @@ float3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_phi,
 // What other hairs have scattered: sqrt(C) (n . L + 1)/(4 pi) (C/luma)^(1 - shadow), n
 // the part of V across the fiber.
 float3 hair_scattering(HairConstants hair, float cos_i, float cos_phi) {
-    return (cos_i * cos_phi + 1.0) * hair.tint;
+    return (1.0 + cos_i * cos_phi) * hair.tint;
 }
 
 // With constants that have been made before.
@@ -124,10 +124,10 @@ float3 hair_bsdf_hoisted(HairConstants hair, float3 L, float3 V, float3 T) {
     float sin_i = dot(T, L);
     float sin_o = dot(T, V);
     float cos_io = dot(L, V);
-    float square_i = max((1.0 - sin_i) * (1.0 + sin_i), 1e-12);
+    float square_i = max(1.0 - sin_i * sin_i, 1e-12);
     float over_i = rsqrt(square_i);
     float cos_i = square_i * over_i;
-    float square_o = max((1.0 - sin_o) * (1.0 + sin_o), 1e-12);
+    float square_o = max(1.0 - sin_o * sin_o, 1e-12);
     float over_o = rsqrt(square_o);
     float cos_o = square_o * over_o;
     float along = sin_i * sin_o;
@@ -135,7 +135,7 @@ float3 hair_bsdf_hoisted(HairConstants hair, float3 L, float3 V, float3 T) {
     float square_half_phi = max(0.5 + 0.5 * cos_phi, 1e-12);
     float over_half_phi = rsqrt(square_half_phi);
     float cos_half_phi = square_half_phi * over_half_phi;
-    float square_d = max(0.5 + 0.5 * (cos_i * cos_o + along), 1e-12);
+    float square_d = max(0.5 + 0.5 * (along + cos_i * cos_o), 1e-12);
     float over_d = rsqrt(square_d);
     float cos_d = square_d * over_d;
     return hair_R(hair, sin_i, sin_o, cos_io, cos_o, over_half_phi, cos_half_phi)

@@ -7,9 +7,9 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 113
+// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 109
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 15 and
-// 146 in SPIR-V, nothing fused.
+// 144 in SPIR-V, nothing fused.
 //
 // Emitted by fits/shaders.py.
 
@@ -116,7 +116,7 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_phi: f32, over_d: f
 // What other hairs have scattered: sqrt(C) (n . L + 1)/(4 pi) (C/luma)^(1 - shadow), n
 // the part of V across the fiber.
 fn hair_scattering(hair: HairConstants, cos_i: f32, cos_phi: f32) -> vec3f {
-    return (cos_i * cos_phi + 1.0) * hair.tint;
+    return (1.0 + cos_i * cos_phi) * hair.tint;
 }
 
 // With constants that have been made before.
@@ -124,10 +124,10 @@ fn hair_bsdf_hoisted(hair: HairConstants, L: vec3f, V: vec3f, T: vec3f) -> vec3f
     let sin_i = dot(T, L);
     let sin_o = dot(T, V);
     let cos_io = dot(L, V);
-    let square_i = max((1.0 - sin_i) * (1.0 + sin_i), 1e-12);
+    let square_i = max(1.0 - sin_i * sin_i, 1e-12);
     let over_i = inverseSqrt(square_i);
     let cos_i = square_i * over_i;
-    let square_o = max((1.0 - sin_o) * (1.0 + sin_o), 1e-12);
+    let square_o = max(1.0 - sin_o * sin_o, 1e-12);
     let over_o = inverseSqrt(square_o);
     let cos_o = square_o * over_o;
     let along = sin_i * sin_o;
@@ -135,7 +135,7 @@ fn hair_bsdf_hoisted(hair: HairConstants, L: vec3f, V: vec3f, T: vec3f) -> vec3f
     let square_half_phi = max(0.5 + 0.5 * cos_phi, 1e-12);
     let over_half_phi = inverseSqrt(square_half_phi);
     let cos_half_phi = square_half_phi * over_half_phi;
-    let square_d = max(0.5 + 0.5 * (cos_i * cos_o + along), 1e-12);
+    let square_d = max(0.5 + 0.5 * (along + cos_i * cos_o), 1e-12);
     let over_d = inverseSqrt(square_d);
     let cos_d = square_d * over_d;
     return hair_R(hair, sin_i, sin_o, cos_io, cos_o, over_half_phi, cos_half_phi)

@@ -18,7 +18,7 @@ _R_LIGHT = {
         {"slope": "1 m", "offset": "1"},
         {"slope": "1 m mm", "offset": "1 m"},
     ],
-    "exponent": {"1": "1 bb m mm", "P": "1 b e", "PP": "1 b e"},
+    "exponent": {"1": "1 bb m mm", "P": "1 b e"},
 }
 _R_MEDIUM = {
     **dict.fromkeys(("kT", "kP", "kF", "over_v", "beta_n"), "1"),
@@ -63,6 +63,19 @@ _TT_MEDIUM = {
                 "uuuq": "1 b",
                 "qq": "1 b e m",
                 "qqq": "1 m",
+            },
+        }
+    ],
+}
+_TT_LIGHT = {
+    "rise": _TT_RISE,
+    "terms": [
+        {
+            **_TT_MEDIUM["terms"][0],
+            "exponent": {
+                key: coefficient
+                for key, coefficient in _TT_MEDIUM["terms"][0]["exponent"].items()
+                if key not in ("uuuq", "qqq")
             },
         }
     ],
@@ -120,7 +133,7 @@ _ONE = {
 FORMS: dict[str, Any] = {
     "light": {
         "R": _R_LIGHT,
-        "TT": _TT_MEDIUM,
+        "TT": _TT_LIGHT,
         "TRT": {"rise": _TRT_RISE, "terms": [_ONE]},
     },
     "medium": {
