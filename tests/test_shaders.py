@@ -262,7 +262,7 @@ def test_values_used_twice_are_computed_once():
         lambda m, x, y, z: jnp.sin(x * y) * (x * y) + jnp.exp(z) * y / (x * y)
     )
     assert "    float t = sin_i * sin_o;\n" in text
-    assert "return vec3(sin(t) * t + sin_o * exp(cos_io) / t);" in text
+    assert "return vec3(sin_o * exp(cos_io) / t + sin(t) * t);" in text
     text = written(lambda m, x, y, z: jnp.exp(x) * y + jnp.exp(x) * jnp.exp(z))
     assert "    float t = exp(sin_i);\n" in text
     assert "return vec3(t * sin_o + t * exp(cos_io));" in text

@@ -18,7 +18,7 @@ _R_LIGHT = {
         {"slope": "1 m", "offset": "1"},
         {"slope": "1 m mm", "offset": "1 m"},
     ],
-    "exponent": {"1": "1 bb m mm", "P": "1 b e"},
+    "exponent": {"1": "1 bb m mm", "P": "1 b e", "PP": "1 b e"},
 }
 _R_MEDIUM = {
     **dict.fromkeys(("kT", "kP", "kF", "over_v", "beta_n"), "1"),

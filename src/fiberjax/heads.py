@@ -49,8 +49,7 @@ FITTED = (
     "same without tilt. Fitted to S over both directions; absorption along the path of",
     "light, 1/cos theta_t.",
     "Domain: "
-    + ", ".join(f"{name} {low} to {high}" for name, (low, high) in DOMAIN.items())
-    + ".",
+    + ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in DOMAIN.items()),
     "Beyond it the polynomials are those of the nearest fiber; M follows beta_m.",
     "Constants: fits/tiers.py.",
 )
