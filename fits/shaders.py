@@ -72,7 +72,7 @@ def measured(
         f"{unseen['rough']['mean']['S']} on other fibers, at",
         f"most {unseen['rough']['max']['S']}. Furnace: the albedo of a clear fiber is "
         f"off by at most {clear['error']['0 to 90']['max']},",
-        f"tilts to 2.5 degrees; above max(1, exact) by {clear['above']}.",
+        f"tilts to 2.5 degrees, and exceeds max(1, exact) by at most {clear['above']}.",
         *lines,
     ]
 

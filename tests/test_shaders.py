@@ -518,8 +518,8 @@ def worst(tier, rows, found):
     tolerance = 1e-4 * np.abs(truth) + 1e-6
     error = np.abs(color - truth) / tolerance
     again = np.flatnonzero(error.max(1) > 1)
-    sides, ulps = (2.0**-23 * np.linspace(-2, 2, n) for n in (3, 5))
-    steps = np.array(list(product(sides, sides, ulps, ulps)))
+    sides, ulps, fine = (2.0**-23 * np.linspace(-2, 2, n) for n in (3, 5, 17))
+    steps = np.array(list(product(sides, sides, ulps, fine)))
     some = [np.repeat(x[again], len(steps), 0) for x in columns]
     moved = (dots[again, None] + steps[:, :3]).reshape(-1, 3)
     near = f(some, list(moved.T), np.tile(steps[:, 3], len(again)))

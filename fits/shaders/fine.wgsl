@@ -3,7 +3,7 @@
 // 4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the
 // same without tilt. Fitted to S over both directions; absorption along the path of
 // light, 1/cos theta_t.
-// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0.0 to 1.15.
+// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to 1.15
 // Beyond it the polynomials are those of the nearest fiber; M follows beta_m.
 // Constants: fits/tiers.py.
 //
@@ -13,7 +13,7 @@
 // R + TT + TRT is off by 0.01239 of S, relative L2 over both directions, mean over
 // four colors and beta = .09, .25, .49, at most 0.01817; 0.01093 on other fibers, at
 // most 0.01262. Furnace: the albedo of a clear fiber is off by at most 0.02356,
-// tilts to 2.5 degrees; above max(1, exact) by -0.005793.
+// tilts to 2.5 degrees, and exceeds max(1, exact) by at most -0.005793.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 133
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
 // 205 in SPIR-V, nothing fused.
@@ -34,6 +34,10 @@ struct HairConstants {
     tan_tilt_r_2: f32,
     kT: f32,
     kP: f32,
+    slope_r: f32,
+    slope_r_2: f32,
+    slope_r_3: f32,
+    offset: f32,
     tan_tilt_tt: f32,
     tan_tilt_tt_2: f32,
     k_near_tt: f32,
@@ -42,10 +46,6 @@ struct HairConstants {
     tan_tilt_trt_2: f32,
     k_near_trt: f32,
     flat_trt: f32,
-    slope_r: f32,
-    slope_r_2: f32,
-    slope_r_3: f32,
-    offset: f32,
     k_chord_r: f32,
     k_x: f32,
     k_u_r: f32,
@@ -98,16 +98,24 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + t_r * t_r * beta_n2;
     hair.kP = 1.00001 + 1.4713058 * beta_n2;
+    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.03147887, 1e-05);
+    let t_r_2 = cos_tilt * over_v;
+    hair.slope_r = 2.232387 * t_r_2;
+    hair.slope_r_2 = 6.05789 * t_r_2;
+    let m = clamp(material.beta_m, 0.09, 0.49);
+    let m4 = 4.0 * (m * m);
+    hair.slope_r_3 = (4.413899 - 0.3997366 * (m4 * m4)) * t_r_2;
+    hair.offset = 0.2592427 * m4;
     let t_2 = -material.alpha;
     let cos_tilt_tt = cos(t_2);
     hair.tan_tilt_tt = sin(t_2) / cos_tilt_tt;
     hair.tan_tilt_tt_2 = 2.0 * hair.tan_tilt_tt;
     let t_3 = 0.5 * material.beta_m;
-    let m = clamp(2.0 * t_3, 0.09, 0.49);
-    let m4 = 4.0 * (m * m);
+    let m_tt = clamp(2.0 * t_3, 0.09, 0.49);
+    let m4_tt = 4.0 * (m_tt * m_tt);
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    hair.k_near_tt = 0.1898967 - 0.08643149 * m4 - 0.002696553 * b + 0.005765953 * e;
-    let t_tt = 0.0175203 + 0.135423 * m4 - 0.01264886 * b;
+    hair.k_near_tt = 0.1898967 - 0.08643149 * m4_tt - 0.002696553 * b + 0.005765953 * e;
+    let t_tt = 0.0175203 + 0.135423 * m4_tt - 0.01264886 * b;
     hair.flat_tt = t_tt * t_tt + 1e-05;
     let t_4 = -4.0 * material.alpha;
     let cos_tilt_trt = cos(t_4);
@@ -119,14 +127,6 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_near_trt = 0.02921625 - 0.04871376 * m4_trt + 0.05749709 * b;
     let t_trt = -0.5305889 * m4_trt - 0.06532218 - 0.02996834 * b;
     hair.flat_trt = t_trt * t_trt + 1e-05;
-    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.03147887, 1e-05);
-    let t_r_2 = cos_tilt * over_v;
-    hair.slope_r = 2.232387 * t_r_2;
-    hair.slope_r_2 = 6.05789 * t_r_2;
-    let m_r = clamp(material.beta_m, 0.09, 0.49);
-    let m4_r = 4.0 * (m_r * m_r);
-    hair.slope_r_3 = (4.413899 - 0.3997366 * (m4_r * m4_r)) * t_r_2;
-    hair.offset = 0.2592427 * m4_r;
     let scale = 1.442695 * over_v;
     hair.k_chord_r = -0.5 * scale * cos_tilt;
     hair.k_x = 1.442695 * (0.2341302 * b - 2.015967 + 0.04141125 * e);
@@ -140,11 +140,11 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
     hair.k_1 = k_1 + k_tilt + log_peak;
-    let v = t_3 * t_3;
+    let over_v_tt = 1.0 / (t_3 * t_3);
     let scale_tt = 1.442695
-        * (1.0 / v - 0.01266061 + m4 * (0.7357478 - 0.7080006 * m4));
+        * (over_v_tt - 0.01266061 + m4_tt * (0.7357478 - 0.7080006 * m4_tt));
     hair.k_chord_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.09525483 - 0.07392126 * m4);
+    hair.k_qqq = 1.442695 * (0.09525483 - 0.07392126 * m4_tt);
     hair.k_uqq = 1.442695 * (0.1672895 * b - 0.06787759);
     hair.k_uuq = 1.442695
         * (b * (5.053173 - 3.034929 * b) - 2.261511 + 0.005937182 * (e * e));
@@ -152,7 +152,7 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_uuu = 1.442695 * (b * (2.468572 - 1.532028 * b) - 1.368222);
     let t_r_4 = min(material.sigma_a, vec3f(1.15));
     hair.k_qq_tt = 1.442695
-        * (0.07302233 * m4 - 0.2480104 + 0.1626114 * b + 0.01287741 * e
+        * (0.07302233 * m4_tt - 0.2480104 + 0.1626114 * b + 0.01287741 * e
         - 0.07603005 * t_r_4);
     hair.k_q_tt = 1.442695
         * (0.6892119 * t_r_4 - 1.402726
@@ -172,15 +172,15 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_tt_2 = sin(-0.5 * material.alpha);
     let less_tt = 2.0 * (t_tt_2 * t_tt_2);
     hair.k_tilt_tt = -(scale_tt * less_tt);
+    let peak = 0.3989423 / t_3;
     let t_tt_3 = material.sigma_a - t_r_4;
-    hair.K_tt = inverseSqrt(6.2831855 * v)
+    hair.K_tt = peak
         * exp2(1.442695
         * (e * (0.3074922 - 0.2343048 * b - 0.04978354 * e) - 3.46551
         - 1.907139 * t_r_4 + b * (1.48034 + b * (0.005319625 * t_r_4 - 0.6283764))
         - 2.0 * t_tt_3));
-    let v_trt = t_5 * t_5;
-    let t_trt_2 = 1.0 / v_trt;
-    let scale_trt = 1.442695 * (t_trt_2 - 0.3743852 + 0.4574269 * m4_trt);
+    let over_v_trt = 1.0 / (t_5 * t_5);
+    let scale_trt = 1.442695 * (over_v_trt - 0.3743852 + 0.4574269 * m4_trt);
     hair.k_chord_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_qq_trt = 1.442695 * (-0.9857127 * r - 0.3883192);
@@ -190,16 +190,16 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_uu_trt = 1.442695 * (0.2391993 * r - 1.349573 + 0.7996727 * b);
     hair.k_u_trt = 1.442695
         * (5.072728 + r * (4.405513 - 1.2596 * r) - 3.006191 * b - 0.3315543 * e);
-    let t_trt_3 = sin(0.5 * t_4);
-    let less_trt = 2.0 * (t_trt_3 * t_trt_3);
+    let t_trt_2 = sin(0.5 * t_4);
+    let less_trt = 2.0 * (t_trt_2 * t_trt_2);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    let t_trt_4 = inverseSqrt(6.2831855 * v_trt);
-    let t_trt_5 = -4.0 * t_tt_3;
-    hair.K_trt = t_trt_4
+    let peak_trt = 0.3989423 / t_5;
+    let t_trt_3 = -4.0 * t_tt_3;
+    hair.K_trt = peak_trt
         * exp2(1.442695
         * (0.8305642 * m4_trt - 2.914498 + r * (0.8811018 - 0.8986692 * r)
-        - 0.566035 * b + 0.1464745 * e - 4.858502 * t_r_4 + t_trt_5));
-    let scale_trt_2 = 1.442695 * (t_trt_2 + 0.24209 - 0.5963209 * m4_trt);
+        - 0.566035 * b + 0.1464745 * e - 4.858502 * t_r_4 + t_trt_3));
+    let scale_trt_2 = 1.442695 * (over_v_trt + 0.24209 - 0.5963209 * m4_trt);
     hair.k_chord_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
     hair.k_qq_trt_2 = 1.442695 * (-1.847829 * r - 0.4949604);
     hair.k_q_trt_2 = 1.442695
@@ -210,10 +210,10 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_u_trt_2 = 1.442695
         * (r * (16.8626 + 65.98657 * r) - 0.9403649 + e * (28.84603 * r - 5.032767));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
-    hair.K_trt_2 = t_trt_4
+    hair.K_trt_2 = peak_trt
         * exp2(1.442695
         * (-3.306987 * t_r_4 - 4.391015 + r * (2.073527 - 0.3210815 * t_r_4)
-        + t_trt_5));
+        + t_trt_3));
     return hair;
 }
 
@@ -237,10 +237,10 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let T_2 = cos_phi + hair.kT;
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
-    return T_2
-        * inverseSqrt(T_2
+    let square_size = T_2
         * max(max(0.9742816 + hair.slope_r * t, hair.slope_r_2 * t - 1.807717),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.121269636 * P))
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.121269636 * P);
+    return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_1 + hair.k_chord_r * chord + hair.k_x * sqrt(max(P, 0.0))
         + hair.k_u_r * cos_phi + hair.k_q_r * q + P * (hair.k_P + hair.k_PP * P));
 }
@@ -262,7 +262,8 @@ fn hair_TT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_tt * sc;
     let chord = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_tt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_tt));
+    let square_rise = near * near * (abs(a) + hair.flat_tt);
+    let rise = Y * inverseSqrt(square_rise);
     let q2 = q * q;
     return rise * hair.K_tt
         * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord + hair.k_qqq * (q2 * q)
@@ -290,7 +291,8 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_trt * sc;
     let chord = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_trt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_trt));
+    let square_rise = near * near * (abs(a) + hair.flat_trt);
+    let rise = Y * inverseSqrt(square_rise);
     let u = cos_phi - 1.0;
     return rise
         * exp2(hair.k_tilt_trt + hair.k_chord_trt * chord

@@ -3,7 +3,7 @@
 // 4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the
 // same without tilt. Fitted to S over both directions; absorption along the path of
 // light, 1/cos theta_t.
-// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0.0 to 1.15.
+// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to 1.15
 // Beyond it the polynomials are those of the nearest fiber; M follows beta_m.
 // Constants: fits/tiers.py.
 // With the rest, all lobes above TRT as one. Constants of the rest: fits/tail.py
@@ -12,13 +12,13 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.021 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.03074; 0.01862 on other fibers, at
-// most 0.02136. Furnace: the albedo of a clear fiber is off by at most 0.03073,
-// tilts to 2.5 degrees; above max(1, exact) by -0.00439.
-// hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 118
+// R + TT + TRT is off by 0.02238 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.03336; 0.02028 on other fibers, at
+// most 0.0236. Furnace: the albedo of a clear fiber is off by at most 0.03416,
+// tilts to 2.5 degrees, and exceeds max(1, exact) by at most -0.007034.
+// hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 116
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
-// 184 in SPIR-V, nothing fused.
+// 180 in SPIR-V, nothing fused.
 //
 // Emitted by fits/shaders.py.
 
@@ -36,6 +36,10 @@ struct HairConstants {
     tan_tilt_r_2: f32,
     kT: f32,
     kP: f32,
+    slope_r: f32,
+    slope_r_2: f32,
+    offset: f32,
+    kF: f32,
     tan_tilt_tt: f32,
     tan_tilt_tt_2: f32,
     k_near_tt: f32,
@@ -48,19 +52,13 @@ struct HairConstants {
     q0: f32,
     c: f32,
     o: f32,
-    slope_r: f32,
-    slope_r_2: f32,
-    offset: f32,
-    kF: f32,
     k_chord_r: f32,
     k_PP: f32,
     k_P: f32,
     k_1: f32,
     k_chord_tt: f32,
-    k_qqq: f32,
     k_qq: f32,
     k_uuq: f32,
-    k_uuuq: f32,
     k_uuu: f32,
     k_uu: f32,
     k_q_tt: vec3f,
@@ -88,21 +86,30 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let n = clamp(material.beta_n, 0.05, 0.49);
     let n2 = n * n;
     let b = 4.0 * n2;
-    let t_r = 0.4028085 + 0.1415609 * b;
-    let beta_n = n + 0.06300065;
+    let t_r = 0.3698858 + 0.1447406 * b;
+    let beta_n = n + 0.07807478;
     let beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + t_r * t_r * beta_n2;
-    hair.kP = 1.00001 + 0.70239115 * beta_n2;
+    hair.kP = 1.00001 + 0.73347783 * beta_n2;
+    let m = clamp(material.beta_m, 0.09, 0.49);
+    let m4 = 4.0 * (m * m);
+    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.03037515, 1e-05);
+    let t_r_2 = cos_tilt * over_v;
+    hair.slope_r = (2.045423 - 0.03561872 * m4) * t_r_2;
+    hair.slope_r_2 = (4.640859 + m4 * (0.06937297 * m4 - 1.08157)) * t_r_2;
+    hair.offset = 0.9648713 * m4 - 0.9886401;
+    let t_r_3 = 3.601353 - 0.6511096 * b;
+    hair.kF = t_r_3 * t_r_3;
     let t_2 = -material.alpha;
     let cos_tilt_tt = cos(t_2);
     hair.tan_tilt_tt = sin(t_2) / cos_tilt_tt;
     hair.tan_tilt_tt_2 = 2.0 * hair.tan_tilt_tt;
     let t_3 = 0.5 * material.beta_m;
-    let m = clamp(2.0 * t_3, 0.09, 0.49);
-    let m4 = 4.0 * (m * m);
+    let m_tt = clamp(2.0 * t_3, 0.09, 0.49);
+    let m4_tt = 4.0 * (m_tt * m_tt);
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    hair.k_near_tt = 0.1767637 - 0.06557242 * m4 - 0.008299997 * b - 0.009222445 * e;
-    let t_tt = 0.01051801 + 0.1162085 * m4 + 0.009695475 * b;
+    hair.k_near_tt = 0.2599021 - 0.1270532 * m4_tt - 0.03379778 * b + 0.003140645 * e;
+    let t_tt = -0.1377746 * m4_tt - 0.005176903 - 0.0002971859 * b;
     hair.flat_tt = t_tt * t_tt + 1e-05;
     let t_4 = -4.0 * material.alpha;
     let cos_tilt_trt = cos(t_4);
@@ -111,8 +118,8 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_5 = 2.0 * material.beta_m;
     let m_trt = clamp(0.5 * t_5, 0.09, 0.49);
     let m4_trt = 4.0 * (m_trt * m_trt);
-    hair.k_near_trt = 0.07469901 + 0.03767948 * m4_trt - 0.1035907 * b;
-    let t_trt = 0.05122377 + 0.7080903 * m4_trt + 0.01590899 * b;
+    hair.k_near_trt = 0.0450219 + 0.002775675 * m4_trt - 0.04980249 * b;
+    let t_trt = 0.07026233 + 0.6764503 * m4_trt - 0.0146432 * b;
     hair.flat_trt = t_trt * t_trt + 1e-05;
     let z = 10.0 * ((material.eta - 1.0) / (material.eta + 1.0) - 0.21568628);
     hair.q1 = exp(0.8244 * z - 0.3349);
@@ -122,73 +129,64 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let u = v / (v + 0.3);
     hair.c = exp((-0.04524 * u - 1.832) * u + 1.837877) / v;
     hair.o = exp((-1.501 * u + 1.514) * u - 0.175);
-    let m_r = clamp(material.beta_m, 0.09, 0.49);
-    let m4_r = 4.0 * (m_r * m_r);
-    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.02039933, 1e-05);
-    let t_r_2 = cos_tilt * over_v;
-    hair.slope_r = (2.133746 - 0.01592209 * m4_r) * t_r_2;
-    hair.slope_r_2 = (4.606529 + m4_r * (0.07375086 * m4_r - 1.075683)) * t_r_2;
-    hair.offset = 0.9740579 * m4_r - 0.9719761;
-    let t_r_3 = 3.550113 - 0.6638526 * b;
-    hair.kF = t_r_3 * t_r_3;
     let scale = 1.442695 * over_v;
     hair.k_chord_r = -0.5 * scale * cos_tilt;
-    hair.k_PP = 1.442695 * (0.03455602 - 0.008644856 * b - 0.01049166 * e);
-    hair.k_P = 1.442695 * (0.05059768 * b - 0.3505979 + 0.1071406 * e);
+    hair.k_PP = 1.442695 * (0.03491521 - 0.01081273 * b - 0.01101535 * e);
+    hair.k_P = 1.442695 * (0.05264283 * b - 0.348063 + 0.1096656 * e);
     let k_1 = 1.442695
-        * (m4_r * (0.06387476 * m4_r - 0.07705591) - 2.021131 - 0.1411209 * (b * b));
+        * (m4 * (0.01199937 * m4 - 0.0155847) - 2.020111 - 0.112632 * (b * b));
     let t_r_4 = sin(0.5 * t);
     let less = 2.0 * (t_r_4 * t_r_4);
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
     hair.k_1 = k_1 + k_tilt + log_peak;
-    let v_tt = t_3 * t_3;
+    let over_v_tt = 1.0 / (t_3 * t_3);
     let scale_tt = 1.442695
-        * (1.0 / v_tt + 0.06175565 + m4 * (0.1086659 * m4 - 0.239718));
+        * (over_v_tt - 0.03372669 + m4_tt * (0.06266576 - 0.03655099 * m4_tt));
     hair.k_chord_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.08819346 - 0.07757014 * m4);
     hair.k_qq = 1.442695
-        * (0.06951042 * m4 - 0.1960938 + 0.04562963 * b + 0.002198294 * e);
-    hair.k_uuq = 1.442695 * (b * (1.398864 + 0.2241791 * b) - 1.719301);
-    hair.k_uuuq = 1.442695 * (0.7370233 * b - 0.7151679);
-    hair.k_uuu = 1.442695 * (0.7293518 * b - 1.068635);
-    hair.k_uu = 1.442695 * (1.868521 * b - 2.80964 + 0.06962299 * e);
+        * (-0.02534933 * m4_tt - 0.09828499 + 0.03584668 * b + 0.02119291 * e);
+    hair.k_uuq = 1.442695 * (b * (0.09503518 + 0.2070809 * b) - 0.4599765);
+    hair.k_uuu = 1.442695 * (0.5753535 * b - 0.9308223);
+    hair.k_uu = 1.442695 * (1.494306 * b - 2.444246 + 0.05925831 * e);
     let t_r_5 = min(material.sigma_a, vec3f(1.15));
     hair.k_q_tt = 1.442695
-        * (0.7396856 * t_r_5 - 1.376812
-        + b * (1.182164 - 0.2158675 * b - 0.2806183 * t_r_5)
-        + e * (0.3079882 - 0.1873648 * b - 0.1419995 * t_r_5));
+        * (0.7723324 * t_r_5 - 1.338147
+        + b * (1.144171 - 0.2223864 * b - 0.2714264 * t_r_5)
+        + e * (0.290152 - 0.1861988 * b - 0.1464166 * t_r_5));
     hair.k_uq_tt = 1.442695
-        * (0.4189279 * t_r_5 - 2.751649 + b * (1.973073 - 0.3129806 * t_r_5)
-        + e * (0.3334953 - 0.2017671 * b - 0.09312708 * t_r_5));
+        * (0.4484047 * t_r_5 - 2.131161 + b * (1.302847 - 0.2979105 * t_r_5)
+        + e * (0.3228504 - 0.19281 * b - 0.09311734 * t_r_5));
     hair.k_u_tt = 1.442695
-        * (0.3726851 * t_r_5 - 4.462699
-        + b * (2.501204 - 0.2848295 * b - 0.2538131 * t_r_5)
-        + e * (0.4462497 - 0.2083232 * b - 0.04548706 * e - 0.03162454 * t_r_5));
+        * (0.3817417 * t_r_5 - 4.209633
+        + b * (2.250233 - 0.2830333 * b - 0.2493323 * t_r_5)
+        + e * (0.4425572 - 0.217319 * b - 0.02856277 * e - 0.03456859 * t_r_5));
     let t_tt_2 = sin(-0.5 * material.alpha);
     let less_tt = 2.0 * (t_tt_2 * t_tt_2);
     hair.k_tilt_tt = -(scale_tt * less_tt);
+    let peak = 0.3989423 / t_3;
     let t_tt_3 = material.sigma_a - t_r_5;
-    hair.K_tt = inverseSqrt(6.2831855 * v_tt)
+    hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.2678549 - 0.1899319 * b - 0.03820941 * e) - 3.428533
-        - 1.87644 * t_r_5 + b * (1.138493 - 0.2629557 * b - 0.2240339 * t_r_5)
+        * (e * (0.2728474 - 0.1951449 * b - 0.02863226 * e) - 3.365655
+        - 1.859672 * t_r_5 + b * (1.072369 - 0.2600835 * b - 0.2169305 * t_r_5)
         - 2.0 * t_tt_3));
-    let v_trt = t_5 * t_5;
-    let scale_trt = 1.442695 * (1.0 / v_trt + 0.1920892 - 0.3717029 * m4_trt);
+    let over_v_trt = 1.0 / (t_5 * t_5);
+    let scale_trt = 1.442695 * (over_v_trt + 0.1569589 - 0.3762409 * m4_trt);
     hair.k_chord_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_q_trt = 1.442695
-        * (-0.1454802 * m4_trt - 0.0004160824 + 0.2736819 * r + 0.1440689 * e);
-    hair.k_uq_trt = 1.442695 * (r * (18.57322 - 5.99022 * r) - 1.527495);
-    hair.k_u_trt = 1.442695 * (0.4573359 + r * (15.4122 - 4.370121 * r));
+        * (0.02346929 - 0.1705635 * m4_trt + 0.2704097 * r + 0.1189645 * e);
+    hair.k_uq_trt = 1.442695 * (r * (18.59343 - 5.975105 * r) - 1.492205);
+    hair.k_u_trt = 1.442695 * (0.4260259 + r * (15.39402 - 4.383398 * r));
     let t_trt_2 = sin(0.5 * t_4);
     let less_trt = 2.0 * (t_trt_2 * t_trt_2);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    hair.K_trt = inverseSqrt(6.2831855 * v_trt)
+    let peak_trt = 0.3989423 / t_5;
+    hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.6832372 * m4_trt - 2.635823 + 0.3484531 * r - 0.4626901 * b
-        + 0.1203657 * e - 4.07358 * t_r_5 - 4.0 * t_tt_3));
+        * (0.6693588 * m4_trt - 2.644338 + 0.3290982 * r - 0.4560362 * b
+        + 0.1223587 * e - 4.10191 * t_r_5 - 4.0 * t_tt_3));
     let t_rest = tanh(1.0 / v);
     let level = 0.07957747 * (1.0 + t_rest) * exp(0.8045 * z - 3.056) / (t_rest * v);
     let less_rest = level / (1.0 + exp(0.02108 * z + 1.207) * material.sigma_a);
@@ -218,10 +216,10 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let T_2 = cos_phi + hair.kT;
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
-    return T_2
-        * inverseSqrt(T_2
-        * max(0.7259547 + hair.slope_r * t, hair.offset + hair.slope_r_2 * t)
-        * (1.0 + hair.kF * P))
+    let square_size = T_2
+        * max(0.7414758 + hair.slope_r * t, hair.offset + hair.slope_r_2 * t)
+        * (1.0 + hair.kF * P);
+    return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_1 + hair.k_chord_r * chord + P * (hair.k_P + hair.k_PP * P));
 }
 
@@ -242,12 +240,11 @@ fn hair_TT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_tt * sc;
     let chord = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_tt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_tt));
+    let square_rise = near * near * (abs(a) + hair.flat_tt);
+    let rise = Y * inverseSqrt(square_rise);
     return rise * hair.K_tt
-        * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord
-        + q * q * (hair.k_qq + hair.k_qqq * q)
-        + cos_phi * cos_phi
-        * (hair.k_uu + hair.k_uuq * q + cos_phi * (hair.k_uuu + hair.k_uuuq * q))
+        * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord + hair.k_qq * (q * q)
+        + cos_phi * cos_phi * (hair.k_uu + hair.k_uuq * q + hair.k_uuu * cos_phi)
         + q * hair.k_q_tt + cos_phi * (hair.k_u_tt + q * hair.k_uq_tt));
 }
 
@@ -268,7 +265,8 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_trt * sc;
     let chord = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_trt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_trt));
+    let square_rise = near * near * (abs(a) + hair.flat_trt);
+    let rise = Y * inverseSqrt(square_rise);
     let u = cos_phi - 1.0;
     return rise
         * exp2(hair.k_tilt_trt + hair.k_chord_trt * chord + hair.k_q_trt * q

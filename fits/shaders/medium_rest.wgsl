@@ -3,7 +3,7 @@
 // 4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the
 // same without tilt. Fitted to S over both directions; absorption along the path of
 // light, 1/cos theta_t.
-// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0.0 to 1.15.
+// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to 1.15
 // Beyond it the polynomials are those of the nearest fiber; M follows beta_m.
 // Constants: fits/tiers.py.
 // With the rest, all lobes above TRT as one. Constants of the rest: fits/tail.py
@@ -15,7 +15,7 @@
 // R + TT + TRT is off by 0.01522 of S, relative L2 over both directions, mean over
 // four colors and beta = .09, .25, .49, at most 0.02062; 0.01391 on other fibers, at
 // most 0.01894. Furnace: the albedo of a clear fiber is off by at most 0.023,
-// tilts to 2.5 degrees; above max(1, exact) by -0.003003.
+// tilts to 2.5 degrees, and exceeds max(1, exact) by at most -0.003003.
 // hair_bsdf_hoisted takes 14 special operations (exp, rsqrt, ...) and 137
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 14 and
 // 213 in SPIR-V, nothing fused.
@@ -36,6 +36,10 @@ struct HairConstants {
     tan_tilt_r_2: f32,
     kT: f32,
     kP: f32,
+    slope_r: f32,
+    slope_r_2: f32,
+    slope_r_3: f32,
+    offset: f32,
     tan_tilt_tt: f32,
     tan_tilt_tt_2: f32,
     k_near_tt: f32,
@@ -48,10 +52,6 @@ struct HairConstants {
     q0: f32,
     c: f32,
     o: f32,
-    slope_r: f32,
-    slope_r_2: f32,
-    slope_r_3: f32,
-    offset: f32,
     k_chord_r: f32,
     k_x: f32,
     k_q_r: f32,
@@ -101,6 +101,14 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + 0.355721 * beta_n2;
     hair.kP = 1.00001 + 1.1915644 * beta_n2;
+    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.05965294, 1e-05);
+    let t_r = cos_tilt * over_v;
+    hair.slope_r = 2.158519 * t_r;
+    hair.slope_r_2 = 5.761591 * t_r;
+    hair.slope_r_3 = 4.238235 * t_r;
+    let n2 = n * n;
+    let b = 4.0 * n2;
+    hair.offset = 0.1633502 * b;
     let t_2 = -material.alpha;
     let cos_tilt_tt = cos(t_2);
     hair.tan_tilt_tt = sin(t_2) / cos_tilt_tt;
@@ -108,8 +116,6 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_3 = 0.5 * material.beta_m;
     let m = clamp(2.0 * t_3, 0.09, 0.49);
     let m4 = 4.0 * (m * m);
-    let n2 = n * n;
-    let b = 4.0 * n2;
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
     hair.k_near_tt = 0.1948676 - 0.09445745 * m4 + 0.00287764 * b + 0.01119712 * e;
     let t_tt = 0.01732339 + 0.1508104 * m4 - 0.02689742 * b;
@@ -132,12 +138,6 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let u = v / (v + 0.3);
     hair.c = exp((-0.04524 * u - 1.832) * u + 1.837877) / v;
     hair.o = exp((-1.501 * u + 1.514) * u - 0.175);
-    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.05965294, 1e-05);
-    let t_r = cos_tilt * over_v;
-    hair.slope_r = 2.158519 * t_r;
-    hair.slope_r_2 = 5.761591 * t_r;
-    hair.slope_r_3 = 4.238235 * t_r;
-    hair.offset = 0.1633502 * b;
     let scale = 1.442695 * over_v;
     hair.k_chord_r = -0.5 * scale * cos_tilt;
     hair.k_x = 1.442695 * (0.3485575 * b - 1.995569 + 0.06611885 * e);
@@ -150,9 +150,9 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
     hair.k_tilt_r = k_tilt - 2.5580542 + log_peak;
-    let v_tt = t_3 * t_3;
+    let over_v_tt = 1.0 / (t_3 * t_3);
     let scale_tt = 1.442695
-        * (1.0 / v_tt + 0.2034227 + m4 * (-0.06764823 * m4 - 0.1669281));
+        * (over_v_tt + 0.2034227 + m4 * (-0.06764823 * m4 - 0.1669281));
     hair.k_chord_tt = -0.5 * scale_tt * cos_tilt_tt;
     hair.k_qqq = 1.442695 * (0.09225344 - 0.07799596 * m4);
     hair.k_qq_tt = 1.442695
@@ -176,15 +176,15 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_tt_2 = sin(-0.5 * material.alpha);
     let less_tt = 2.0 * (t_tt_2 * t_tt_2);
     hair.k_tilt_tt = -(scale_tt * less_tt);
+    let peak = 0.3989423 / t_3;
     let t_tt_3 = material.sigma_a - t_r_3;
-    hair.K_tt = inverseSqrt(6.2831855 * v_tt)
+    hair.K_tt = peak
         * exp2(1.442695
         * (e * (0.3213393 - 0.2331051 * b - 0.03298123 * e) - 3.482702
         - 1.773577 * t_r_3 + b * (1.304724 - 0.3839336 * b - 0.3243981 * t_r_3)
         - 2.0 * t_tt_3));
-    let v_trt = t_5 * t_5;
-    let t_trt_2 = 1.0 / v_trt;
-    let scale_trt = 1.442695 * (t_trt_2 - 0.3308086 + 0.3677345 * m4_trt);
+    let over_v_trt = 1.0 / (t_5 * t_5);
+    let scale_trt = 1.442695 * (over_v_trt - 0.3308086 + 0.3677345 * m4_trt);
     hair.k_chord_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_qq_trt = 1.442695 * (-0.9348278 * r - 0.4817989);
@@ -195,16 +195,16 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_uu_trt = 1.442695 * (0.2768356 * r - 1.368779 + 0.913686 * b);
     hair.k_u_trt = 1.442695
         * (5.030944 + r * (3.961805 - 1.014872 * r) - 2.691539 * b - 0.3026849 * e);
-    let t_trt_3 = sin(0.5 * t_4);
-    let less_trt = 2.0 * (t_trt_3 * t_trt_3);
+    let t_trt_2 = sin(0.5 * t_4);
+    let less_trt = 2.0 * (t_trt_2 * t_trt_2);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    let t_trt_4 = inverseSqrt(6.2831855 * v_trt);
-    let t_trt_5 = -4.0 * t_tt_3;
-    hair.K_trt = t_trt_4
+    let peak_trt = 0.3989423 / t_5;
+    let t_trt_3 = -4.0 * t_tt_3;
+    hair.K_trt = peak_trt
         * exp2(1.442695
         * (0.8103713 * m4_trt - 2.838551 + r * (0.698553 - 0.8299944 * r)
-        - 0.6336235 * b + 0.1447347 * e - 4.87551 * t_r_3 + t_trt_5));
-    let scale_trt_2 = 1.442695 * (t_trt_2 + 0.2015874 - 0.5289548 * m4_trt);
+        - 0.6336235 * b + 0.1447347 * e - 4.87551 * t_r_3 + t_trt_3));
+    let scale_trt_2 = 1.442695 * (over_v_trt + 0.2015874 - 0.5289548 * m4_trt);
     hair.k_chord_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
     hair.k_qq_trt_2 = 1.442695 * (-1.779848 * r - 0.5434128);
     hair.k_q_trt_2 = 1.442695
@@ -215,9 +215,9 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.k_u_trt_2 = 1.442695
         * (r * (16.83079 + 65.50121 * r) - 1.010574 + e * (28.34889 * r - 5.030809));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
-    hair.K_trt_2 = t_trt_4
+    hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.35369 * t_r_3 - 4.350656 + r * (2.051262 - 0.2740953 * t_r_3) + t_trt_5));
+        * (-3.35369 * t_r_3 - 4.350656 + r * (2.051262 - 0.2740953 * t_r_3) + t_trt_3));
     let t_rest = tanh(1.0 / v);
     let level = 0.07957747 * (1.0 + t_rest) * exp(0.8045 * z - 3.056) / (t_rest * v);
     let less_rest = level / (1.0 + exp(0.02108 * z + 1.207) * material.sigma_a);
@@ -248,10 +248,10 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let T_2 = cos_phi + hair.kT;
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
-    return T_2
-        * inverseSqrt(T_2
+    let square_size = T_2
         * max(max(0.9339232 + hair.slope_r * t, hair.slope_r_2 * t - 1.626727),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.52011704 * P))
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.52011704 * P);
+    return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_tilt_r + hair.k_chord_r * chord + hair.k_x * sqrt(max(P, 0.0))
         + hair.k_q_r * q + hair.k_P * P);
 }
@@ -273,7 +273,8 @@ fn hair_TT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_tt * sc;
     let chord = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_tt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_tt));
+    let square_rise = near * near * (abs(a) + hair.flat_tt);
+    let rise = Y * inverseSqrt(square_rise);
     return rise * hair.K_tt
         * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord
         + q * q * (hair.k_qq_tt + hair.k_qqq * q)
@@ -299,7 +300,8 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let a = cc + hair.tan_tilt_trt * sc;
     let chord = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
     let near = Y + hair.k_near_trt;
-    let rise = Y * inverseSqrt(near * near * (abs(a) + hair.flat_trt));
+    let square_rise = near * near * (abs(a) + hair.flat_trt);
+    let rise = Y * inverseSqrt(square_rise);
     let u = cos_phi - 1.0;
     return rise
         * exp2(hair.k_tilt_trt + hair.k_chord_trt * chord

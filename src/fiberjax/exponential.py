@@ -189,6 +189,7 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
     if "x" in terms:
         variables["x"] = numerics.sqrt(P)
     power = jnp.exp2(polynomial(terms, variables, base))
+    below = checkpoint_name(below, "square_size")
     return (T * jax.lax.rsqrt(below) * power)[..., None]
 
 
@@ -199,19 +200,21 @@ def _through(p: int, k: Any, hair: Hair, at: Geometry) -> Floats:
     the exponential of M; in TRT, u is cos phi - 1.
     """
     of, turned = features(hair, p), cone(hair.tilt[p], at)
-    v = checkpoint_name(hair.beta_m[p] ** 2, "v")
+    beta_m = hair.beta_m[p]
+    over_v = checkpoint_name(1 / (beta_m * beta_m), "over_v")
+    peak = checkpoint_name(1 / (math.sqrt(2 * math.pi) * beta_m), "peak")
     k_near = checkpoint_name(polynomial(k["rise"]["Y"], of), "k_near")
     near = checkpoint_name(at.Y + k_near, "near")
     flat = checkpoint_name(polynomial(k["rise"]["a"], of) ** 2 + _LEAST, "flat")
-    rise = at.Y * jax.lax.rsqrt(near * near * (turned.a + flat))
-    rise = checkpoint_name(rise, "rise")
+    below = checkpoint_name(near * near * (turned.a + flat), "square_rise")
+    rise = checkpoint_name(at.Y * jax.lax.rsqrt(below), "rise")
     u = at.u if p == 1 else checkpoint_name(at.u - 1, "u")
     darker = 0.0 if hair.sigma_a is None else -2.0 * p * (hair.sigma_a - of["s"])
     found = []
     for one in k["terms"]:
         log_K = _LOG2_E * (polynomial(one["K"], of) + darker)
-        K = checkpoint_name(jax.lax.rsqrt(2 * math.pi * v) * jnp.exp2(log_K), "K")
-        base = _along(turned, 1 / v + polynomial(one["over_v"], of))
+        K = checkpoint_name(peak * jnp.exp2(log_K), "K")
+        base = _along(turned, over_v + polynomial(one["over_v"], of))
         terms = coefficients(one["exponent"], of)
         power = jnp.exp2(exponent(terms, {"u": u, "q": at.q}, base))
         # Colors last: they are multiplied once.
