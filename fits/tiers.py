@@ -172,7 +172,7 @@ def fit(form: Any, few: Samples, many: Samples, starts: int, max_steps: int) -> 
         if not np.isfinite(error):
             raise FitError(f"none of {starts} starts of {name} has a finite error")
         best |= value
-    value, over, margin = best, grid(*GRID), MARGIN
+    value, over, margin, too_much = best, grid(*GRID), MARGIN, np.inf
     for turn in range(ROUNDS):
         progress(f"all lobes: round {turn + 1}")
         kept = many._replace(room=many.room - margin)
