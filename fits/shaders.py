@@ -70,9 +70,11 @@ def measured(
         "directions, mean over",
         f"four colors and beta = .09, .25, .49, at most {usual['max']['S']}; "
         f"{unseen['rough']['mean']['S']} on other fibers, at",
-        f"most {unseen['rough']['max']['S']}. Furnace: the albedo of a clear fiber is "
-        f"off by at most {clear['error']['0 to 90']['max']},",
-        f"tilts to 2.5 degrees, and exceeds max(1, exact) by at most {clear['above']}.",
+        f"most {unseen['rough']['max']['S']}. Furnace, the same beta and beta_n .05, "
+        "eta 1.55, tilts to",
+        f"2.5 degrees: albedo off by at most {clear['error']['0 to 90']['max']}, "
+        f"{abs(clear['above'])} {'above' if clear['above'] > 0 else 'below'} "
+        "max(1, exact) at the most.",
         *lines,
     ]
 

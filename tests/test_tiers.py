@@ -55,7 +55,7 @@ def test_colors_are_added_to_what_they_share():
 
 @pytest.mark.parametrize("tilt", [0.0, 0.09, -0.18])
 def test_the_cone_is_turned_and_folded(tilt):
-    """a and chord against the angles, of the cone folded at the poles."""
+    """a and square against the angles, of the cone folded at the poles."""
     theta_i, theta_o, phi = map(jnp.asarray, ANGLES)
     at = exponential.geometry(shading.of_angles(theta_i, theta_o, phi))
     found = exponential.cone(tilt, at)
@@ -65,7 +65,7 @@ def test_the_cone_is_turned_and_folded(tilt):
         found.a * cos, np.cos(folded) * np.cos(theta_o), atol=1e-14
     )
     exact = 2 * (cos - np.cos(folded - theta_o))
-    np.testing.assert_allclose(found.chord * cos, exact, atol=1e-14)
+    np.testing.assert_allclose(found.square * cos, exact, atol=1e-14)
     np.testing.assert_allclose(found.less, 1 - cos, atol=1e-15)
     np.testing.assert_allclose(at.q, np.cos(theta_o - theta_i), atol=1e-14)
     np.testing.assert_allclose(at.Y, 2 + 2 * at.q, atol=1e-14)
@@ -106,6 +106,16 @@ def test_beyond_the_domain_is_the_nearest_fiber(tier, field, beyond, nearest):
         for x in (beyond, nearest)
     )
     np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@ours
+@pytest.mark.parametrize("alpha", [-1.5, -0.9, 0.3, 1.2])
+def test_any_tilt_is_finite(tier, alpha):
+    for dtype in (np.float32, np.float64):
+        fiber = fj.Fiber(1.55, 0.2, 0.3, alpha, (0.0, np.inf))
+        found = realtime.evaluate(tier, fiber, *ANGLES.astype(dtype))
+        assert np.isfinite(found).all()
+        assert (np.asarray(found) >= 0).all()
 
 
 @ours
@@ -206,7 +216,7 @@ def test_reports_are_those_of_the_constants(tier):
     for errors in entry["starts"].values():
         reached = [e for e in errors if e is not None]
         again = sum(e < 1.03 * min(reached) for e in reached)
-        assert again >= 2, "one start alone finds the optimum"
+        assert again >= 2, "one start alone comes near the least error"
 
 
 TARGETS = {"light": (0.10, 0.10), "medium": (0.025, 0.04), "fine": (0.015, 0.04)}
@@ -233,12 +243,21 @@ def test_a_clear_fiber_gives_back_no_more_than_it_gets(tier):
     assert furnace["above"] <= 0
 
 
-@pytest.mark.parametrize("tier", ["medium", "fine"])
+@ours
 def test_low_roughness_is_included(tier):
-    low = QUALITY[tier]["path"]["theta_t"]["low"]
+    """But for TRT of light, which has no caustic, and its furnace beyond 80 degrees."""
+    low, error = (
+        QUALITY[tier]["path"]["theta_t"]["low"],
+        QUALITY[tier]["furnace"]["error"],
+    )
     assert low["TT"] <= 0.026
-    assert low["TRT"] <= 0.25
-    assert QUALITY[tier]["furnace"]["error"]["0 to 90"]["max"] <= 0.03
+    assert error["0 to 80"]["max"] <= 0.03
+    assert low["TRT"] <= (0.5 if tier == "light" else 0.25)
+    assert error["0 to 90"]["max"] <= (0.035 if tier == "light" else 0.03)
+
+
+RTXCR = 0.26, 43, 245
+"""Least error and optimized operations of peers.md; quoted by figures/realtime.py."""
 
 
 def test_nothing_published_is_left_on_the_front():
@@ -259,6 +278,12 @@ def test_nothing_published_is_left_on_the_front():
         assert 4 * cost.special + cost.other <= 4 * special + others
         if counted == "assembly":
             assert cost.other <= others
+    error, special, other = RTXCR
+    assert max(errors) < error
+    for tier in realtime.FITTED:
+        cost = realtime.cost(tier)
+        assert cost.special < special
+        assert cost.other < other
     assert max(errors) < 0.1 * QUALITY["karis2016"]["path"]["theta_t"]["mean"]["S"]
 
 

@@ -1,10 +1,11 @@
 // Hair of exponentials of longer polynomials: R + TT + TRT.
 // Form: exponentials of polynomials in cos phi and q = cos 2 theta_d. Y is
-// 4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the
-// same without tilt. Fitted to S over both directions; absorption along the path of
-// light, 1/cos theta_t.
-// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to 1.15
-// Beyond it the polynomials are those of the nearest fiber; M follows beta_m.
+// 4 cos^2 theta_d, X = 2 - 2 cos(theta_i + theta_o), square that of the cone.
+// Fitted to S over both directions; absorption follows the path, 1/cos theta_t.
+// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to
+// 1.15, |alpha| to 2.5 degrees.
+// Beyond it the polynomials are those of the nearest fiber; M follows beta_m
+// and alpha, absorption sigma_a.
 // Constants: fits/tiers.py.
 //
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
@@ -12,8 +13,8 @@
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
 // R + TT + TRT is off by 0.01239 of S, relative L2 over both directions, mean over
 // four colors and beta = .09, .25, .49, at most 0.01817; 0.01093 on other fibers, at
-// most 0.01262. Furnace: the albedo of a clear fiber is off by at most 0.02356,
-// tilts to 2.5 degrees, and exceeds max(1, exact) by at most -0.005793.
+// most 0.01262. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
+// 2.5 degrees: albedo off by at most 0.02356, 0.005793 below max(1, exact) at the most.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 133
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
 // 205 in SPIR-V, nothing fused.
@@ -46,14 +47,14 @@ struct HairConstants {
     float tan_tilt_trt_2;
     float k_near_trt;
     float flat_trt;
-    float k_chord_r;
+    float k_square_r;
     float k_x;
     float k_u_r;
     float k_q_r;
     float k_PP;
     float k_P;
     float k_1;
-    float k_chord_tt;
+    float k_square_tt;
     float k_qqq;
     float k_uqq;
     float k_uuq;
@@ -66,7 +67,7 @@ struct HairConstants {
     vec3 k_u_tt;
     float k_tilt_tt;
     vec3 K_tt;
-    float k_chord_trt;
+    float k_square_trt;
     float k_qq_trt;
     float k_q_trt;
     float k_uq_trt;
@@ -74,7 +75,7 @@ struct HairConstants {
     float k_u_trt;
     float k_tilt_trt;
     vec3 K_trt;
-    float k_chord_trt_2;
+    float k_square_trt_2;
     float k_qq_trt_2;
     float k_q_trt_2;
     float k_uq_trt_2;
@@ -86,7 +87,7 @@ struct HairConstants {
 
 HairConstants hair_constants(HairMaterial material) {
     HairConstants hair;
-    float t = 2.0 * material.alpha;
+    float t = clamp(2.0 * material.alpha, -1.2, 1.2);
     float cos_tilt = cos(t);
     hair.tan_tilt_r = sin(t) / cos_tilt;
     hair.tan_tilt_r_2 = 2.0 * hair.tan_tilt_r;
@@ -106,29 +107,29 @@ HairConstants hair_constants(HairMaterial material) {
     float m4 = 4.0 * (m * m);
     hair.slope_r_3 = (4.413899 - 0.3997366 * (m4 * m4)) * t_r_2;
     hair.offset = 0.2592427 * m4;
-    float t_2 = -material.alpha;
-    float cos_tilt_tt = cos(t_2);
-    hair.tan_tilt_tt = sin(t_2) / cos_tilt_tt;
+    float t_tt = clamp(-material.alpha, -1.2, 1.2);
+    float cos_tilt_tt = cos(t_tt);
+    hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
     hair.tan_tilt_tt_2 = 2.0 * hair.tan_tilt_tt;
-    float t_3 = 0.5 * material.beta_m;
-    float m_tt = clamp(2.0 * t_3, 0.09, 0.49);
+    float t_2 = 0.5 * material.beta_m;
+    float m_tt = clamp(2.0 * t_2, 0.09, 0.49);
     float m4_tt = 4.0 * (m_tt * m_tt);
     float e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
     hair.k_near_tt = 0.1898967 - 0.08643149 * m4_tt - 0.002696553 * b + 0.005765953 * e;
-    float t_tt = 0.0175203 + 0.135423 * m4_tt - 0.01264886 * b;
-    hair.flat_tt = t_tt * t_tt + 1e-05;
-    float t_4 = -4.0 * material.alpha;
-    float cos_tilt_trt = cos(t_4);
-    hair.tan_tilt_trt = sin(t_4) / cos_tilt_trt;
+    float t_tt_2 = 0.0175203 + 0.135423 * m4_tt - 0.01264886 * b;
+    hair.flat_tt = t_tt_2 * t_tt_2 + 1e-05;
+    float t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
+    float cos_tilt_trt = cos(t_trt);
+    hair.tan_tilt_trt = sin(t_trt) / cos_tilt_trt;
     hair.tan_tilt_trt_2 = 2.0 * hair.tan_tilt_trt;
-    float t_5 = 2.0 * material.beta_m;
-    float m_trt = clamp(0.5 * t_5, 0.09, 0.49);
+    float t_3 = 2.0 * material.beta_m;
+    float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
     hair.k_near_trt = 0.02921625 - 0.04871376 * m4_trt + 0.05749709 * b;
-    float t_trt = -0.5305889 * m4_trt - 0.06532218 - 0.02996834 * b;
-    hair.flat_trt = t_trt * t_trt + 1e-05;
+    float t_trt_2 = -0.5305889 * m4_trt - 0.06532218 - 0.02996834 * b;
+    hair.flat_trt = t_trt_2 * t_trt_2 + 1e-05;
     float scale = 1.442695 * over_v;
-    hair.k_chord_r = -0.5 * scale * cos_tilt;
+    hair.k_square_r = -0.5 * scale * cos_tilt;
     hair.k_x = 1.442695 * (0.2341302 * b - 2.015967 + 0.04141125 * e);
     hair.k_u_r = 0.06557516 * b;
     hair.k_q_r = 1.442695 * (0.2864873 * b + 0.0007044975 * e * b);
@@ -140,10 +141,10 @@ HairConstants hair_constants(HairMaterial material) {
     float k_tilt = -(scale * less);
     float log_peak = 1.442695 * log(over_v);
     hair.k_1 = k_1 + k_tilt + log_peak;
-    float over_v_tt = 1.0 / (t_3 * t_3);
+    float over_v_tt = 1.0 / (t_2 * t_2);
     float scale_tt = 1.442695
         * (over_v_tt - 0.01266061 + m4_tt * (0.7357478 - 0.7080006 * m4_tt));
-    hair.k_chord_tt = -0.5 * scale_tt * cos_tilt_tt;
+    hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
     hair.k_qqq = 1.442695 * (0.09525483 - 0.07392126 * m4_tt);
     hair.k_uqq = 1.442695 * (0.1672895 * b - 0.06787759);
     hair.k_uuq = 1.442695
@@ -169,19 +170,19 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_u_tt = 1.442695
         * (e * (0.4721097 - 0.2582631 * b - 0.05603804 * e) - 4.695156
         + b * (4.387474 - 2.148474 * b + 0.5383347 * t_r_4));
-    float t_tt_2 = sin(-0.5 * material.alpha);
-    float less_tt = 2.0 * (t_tt_2 * t_tt_2);
+    float t_tt_3 = sin(0.5 * t_tt);
+    float less_tt = 2.0 * (t_tt_3 * t_tt_3);
     hair.k_tilt_tt = -(scale_tt * less_tt);
-    float peak = 0.3989423 / t_3;
-    vec3 t_tt_3 = material.sigma_a - t_r_4;
+    float peak = 0.3989423 / t_2;
+    vec3 t_tt_4 = material.sigma_a - t_r_4;
     hair.K_tt = peak
         * exp2(1.442695
         * (e * (0.3074922 - 0.2343048 * b - 0.04978354 * e) - 3.46551
         - 1.907139 * t_r_4 + b * (1.48034 + b * (0.005319625 * t_r_4 - 0.6283764))
-        - 2.0 * t_tt_3));
-    float over_v_trt = 1.0 / (t_5 * t_5);
+        - 2.0 * t_tt_4));
+    float over_v_trt = 1.0 / (t_3 * t_3);
     float scale_trt = 1.442695 * (over_v_trt - 0.3743852 + 0.4574269 * m4_trt);
-    hair.k_chord_trt = -0.5 * scale_trt * cos_tilt_trt;
+    hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     float r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_qq_trt = 1.442695 * (-0.9857127 * r - 0.3883192);
     hair.k_q_trt = 1.442695
@@ -190,17 +191,17 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_uu_trt = 1.442695 * (0.2391993 * r - 1.349573 + 0.7996727 * b);
     hair.k_u_trt = 1.442695
         * (5.072728 + r * (4.405513 - 1.2596 * r) - 3.006191 * b - 0.3315543 * e);
-    float t_trt_2 = sin(0.5 * t_4);
-    float less_trt = 2.0 * (t_trt_2 * t_trt_2);
+    float t_trt_3 = sin(0.5 * t_trt);
+    float less_trt = 2.0 * (t_trt_3 * t_trt_3);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    float peak_trt = 0.3989423 / t_5;
-    vec3 t_trt_3 = -4.0 * t_tt_3;
+    float peak_trt = 0.3989423 / t_3;
+    vec3 t_trt_4 = -4.0 * t_tt_4;
     hair.K_trt = peak_trt
         * exp2(1.442695
         * (0.8305642 * m4_trt - 2.914498 + r * (0.8811018 - 0.8986692 * r)
-        - 0.566035 * b + 0.1464745 * e - 4.858502 * t_r_4 + t_trt_3));
+        - 0.566035 * b + 0.1464745 * e - 4.858502 * t_r_4 + t_trt_4));
     float scale_trt_2 = 1.442695 * (over_v_trt + 0.24209 - 0.5963209 * m4_trt);
-    hair.k_chord_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
+    hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
     hair.k_qq_trt_2 = 1.442695 * (-1.847829 * r - 0.4949604);
     hair.k_q_trt_2 = 1.442695
         * (1.681255 + 0.08534752 * r + e * (0.04750688 + 0.8460283 * r));
@@ -213,7 +214,7 @@ HairConstants hair_constants(HairMaterial material) {
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
         * (-3.306987 * t_r_4 - 4.391015 + r * (2.073527 - 0.3210815 * t_r_4)
-        + t_trt_3));
+        + t_trt_4));
     return hair;
 }
 
@@ -233,7 +234,7 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_r * sc;
-    float chord = X - hair.tan_tilt_r_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_r_2 * turned - 4.0 * max(-a, 0.0);
     float T_2 = cos_phi + hair.kT;
     float P = Y * (cos_phi + hair.kP);
     float t = abs(a);
@@ -241,12 +242,12 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
         * max(max(0.9742816 + hair.slope_r * t, hair.slope_r_2 * t - 1.807717),
         hair.offset + hair.slope_r_3 * t) * (1.0 + 0.121269636 * P);
     return T_2 * inversesqrt(square_size)
-        * exp2(hair.k_1 + hair.k_chord_r * chord + hair.k_x * sqrt(max(P, 0.0))
+        * exp2(hair.k_1 + hair.k_square_r * square + hair.k_x * sqrt(max(P, 0.0))
         + hair.k_u_r * cos_phi + hair.k_q_r * q + P * (hair.k_P + hair.k_PP * P));
 }
 
 // Through the fiber: a factor of M and F at grazing, and one exponential for each
-// color, a polynomial in cos phi and q less M's chord^2/(2 v).
+// color, a polynomial in cos phi and q less square/(2 v) of M.
 vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o,
     float cos_phi) {
     float cc = cos_i * cos_o;
@@ -260,13 +261,13 @@ vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_tt * sc;
-    float chord = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
     float near = Y + hair.k_near_tt;
     float square_rise = near * near * (abs(a) + hair.flat_tt);
     float rise = Y * inversesqrt(square_rise);
     float q2 = q * q;
     return rise * hair.K_tt
-        * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord + hair.k_qqq * (q2 * q)
+        * exp2(hair.k_tilt_tt + hair.k_square_tt * square + hair.k_qqq * (q2 * q)
         + cos_phi
         * (hair.k_uqq * q2
         + cos_phi * (hair.k_uuq * q + cos_phi * (hair.k_uuu + hair.k_uuuq * q)))
@@ -274,8 +275,8 @@ vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
         + cos_phi * (hair.k_u_tt + q * hair.k_uq_tt + cos_phi * hair.k_uu_tt));
 }
 
-// Reflected inside: a factor as that of TT, and exponentials of polynomials in cos phi
-// - 1 and q less chord^2/(2 v), for all colors.
+// Reflected inside: a factor as that of TT, and one or two exponentials of polynomials
+// in cos phi - 1 and q less square/(2 v), for all colors.
 vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o,
     float cos_phi) {
     float cc = cos_i * cos_o;
@@ -289,16 +290,16 @@ vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_i, float c
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_trt * sc;
-    float chord = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
     float near = Y + hair.k_near_trt;
     float square_rise = near * near * (abs(a) + hair.flat_trt);
     float rise = Y * inversesqrt(square_rise);
     float u = cos_phi - 1.0;
     return rise
-        * exp2(hair.k_tilt_trt + hair.k_chord_trt * chord
+        * exp2(hair.k_tilt_trt + hair.k_square_trt * square
         + q * (hair.k_q_trt + hair.k_qq_trt * q)
         + u * (hair.k_u_trt + hair.k_uq_trt * q + hair.k_uu_trt * u)) * hair.K_trt
-        + rise * exp2(hair.k_tilt_trt_2 + hair.k_chord_trt_2 * chord
+        + rise * exp2(hair.k_tilt_trt_2 + hair.k_square_trt_2 * square
         + q * (hair.k_q_trt_2 + hair.k_qq_trt_2 * q)
         + u * (hair.k_u_trt_2 + hair.k_uq_trt_2 * q + hair.k_uu_trt_2 * u))
         * hair.K_trt_2;

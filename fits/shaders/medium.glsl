@@ -1,10 +1,11 @@
-// Hair of exponentials, TRT with its caustic: R + TT + TRT.
+// Hair of exponentials, two for TRT and its caustic: R + TT + TRT.
 // Form: exponentials of polynomials in cos phi and q = cos 2 theta_d. Y is
-// 4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the
-// same without tilt. Fitted to S over both directions; absorption along the path of
-// light, 1/cos theta_t.
-// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to 1.15
-// Beyond it the polynomials are those of the nearest fiber; M follows beta_m.
+// 4 cos^2 theta_d, X = 2 - 2 cos(theta_i + theta_o), square that of the cone.
+// Fitted to S over both directions; absorption follows the path, 1/cos theta_t.
+// Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to
+// 1.15, |alpha| to 2.5 degrees.
+// Beyond it the polynomials are those of the nearest fiber; M follows beta_m
+// and alpha, absorption sigma_a.
 // Constants: fits/tiers.py.
 //
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
@@ -12,8 +13,8 @@
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
 // R + TT + TRT is off by 0.01522 of S, relative L2 over both directions, mean over
 // four colors and beta = .09, .25, .49, at most 0.02062; 0.01391 on other fibers, at
-// most 0.01894. Furnace: the albedo of a clear fiber is off by at most 0.023,
-// tilts to 2.5 degrees, and exceeds max(1, exact) by at most -0.003003.
+// most 0.01894. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
+// 2.5 degrees: albedo off by at most 0.023, 0.003003 below max(1, exact) at the most.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 124
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
 // 189 in SPIR-V, nothing fused.
@@ -46,12 +47,12 @@ struct HairConstants {
     float tan_tilt_trt_2;
     float k_near_trt;
     float flat_trt;
-    float k_chord_r;
+    float k_square_r;
     float k_x;
     float k_q_r;
     float k_P;
     float k_tilt_r;
-    float k_chord_tt;
+    float k_square_tt;
     float k_qqq;
     float k_qq_tt;
     float k_uuq;
@@ -63,7 +64,7 @@ struct HairConstants {
     vec3 k_u_tt;
     float k_tilt_tt;
     vec3 K_tt;
-    float k_chord_trt;
+    float k_square_trt;
     float k_qq_trt;
     float k_q_trt;
     float k_uq_trt;
@@ -71,7 +72,7 @@ struct HairConstants {
     float k_u_trt;
     float k_tilt_trt;
     vec3 K_trt;
-    float k_chord_trt_2;
+    float k_square_trt_2;
     float k_qq_trt_2;
     float k_q_trt_2;
     float k_uq_trt_2;
@@ -83,7 +84,7 @@ struct HairConstants {
 
 HairConstants hair_constants(HairMaterial material) {
     HairConstants hair;
-    float t = 2.0 * material.alpha;
+    float t = clamp(2.0 * material.alpha, -1.2, 1.2);
     float cos_tilt = cos(t);
     hair.tan_tilt_r = sin(t) / cos_tilt;
     hair.tan_tilt_r_2 = 2.0 * hair.tan_tilt_r;
@@ -100,29 +101,29 @@ HairConstants hair_constants(HairMaterial material) {
     float n2 = n * n;
     float b = 4.0 * n2;
     hair.offset = 0.1633502 * b;
-    float t_2 = -material.alpha;
-    float cos_tilt_tt = cos(t_2);
-    hair.tan_tilt_tt = sin(t_2) / cos_tilt_tt;
+    float t_tt = clamp(-material.alpha, -1.2, 1.2);
+    float cos_tilt_tt = cos(t_tt);
+    hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
     hair.tan_tilt_tt_2 = 2.0 * hair.tan_tilt_tt;
-    float t_3 = 0.5 * material.beta_m;
-    float m = clamp(2.0 * t_3, 0.09, 0.49);
+    float t_2 = 0.5 * material.beta_m;
+    float m = clamp(2.0 * t_2, 0.09, 0.49);
     float m4 = 4.0 * (m * m);
     float e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
     hair.k_near_tt = 0.1948676 - 0.09445745 * m4 + 0.00287764 * b + 0.01119712 * e;
-    float t_tt = 0.01732339 + 0.1508104 * m4 - 0.02689742 * b;
-    hair.flat_tt = t_tt * t_tt + 1e-05;
-    float t_4 = -4.0 * material.alpha;
-    float cos_tilt_trt = cos(t_4);
-    hair.tan_tilt_trt = sin(t_4) / cos_tilt_trt;
+    float t_tt_2 = 0.01732339 + 0.1508104 * m4 - 0.02689742 * b;
+    hair.flat_tt = t_tt_2 * t_tt_2 + 1e-05;
+    float t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
+    float cos_tilt_trt = cos(t_trt);
+    hair.tan_tilt_trt = sin(t_trt) / cos_tilt_trt;
     hair.tan_tilt_trt_2 = 2.0 * hair.tan_tilt_trt;
-    float t_5 = 2.0 * material.beta_m;
-    float m_trt = clamp(0.5 * t_5, 0.09, 0.49);
+    float t_3 = 2.0 * material.beta_m;
+    float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
     hair.k_near_trt = 0.02784617 - 0.04615284 * m4_trt + 0.04212551 * b;
-    float t_trt = -0.5040515 * m4_trt - 0.06970201 - 0.03822508 * b;
-    hair.flat_trt = t_trt * t_trt + 1e-05;
+    float t_trt_2 = -0.5040515 * m4_trt - 0.06970201 - 0.03822508 * b;
+    hair.flat_trt = t_trt_2 * t_trt_2 + 1e-05;
     float scale = 1.442695 * over_v;
-    hair.k_chord_r = -0.5 * scale * cos_tilt;
+    hair.k_square_r = -0.5 * scale * cos_tilt;
     hair.k_x = 1.442695 * (0.3485575 * b - 1.995569 + 0.06611885 * e);
     float m_r = clamp(material.beta_m, 0.09, 0.49);
     float m4_r = 4.0 * (m_r * m_r);
@@ -133,10 +134,10 @@ HairConstants hair_constants(HairMaterial material) {
     float k_tilt = -(scale * less);
     float log_peak = 1.442695 * log(over_v);
     hair.k_tilt_r = k_tilt - 2.5580542 + log_peak;
-    float over_v_tt = 1.0 / (t_3 * t_3);
+    float over_v_tt = 1.0 / (t_2 * t_2);
     float scale_tt = 1.442695
         * (over_v_tt + 0.2034227 + m4 * (-0.06764823 * m4 - 0.1669281));
-    hair.k_chord_tt = -0.5 * scale_tt * cos_tilt_tt;
+    hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
     hair.k_qqq = 1.442695 * (0.09225344 - 0.07799596 * m4);
     hair.k_qq_tt = 1.442695
         * (0.06989617 * m4 - 0.1963157 + 0.0388691 * b + 0.01073968 * e);
@@ -156,19 +157,19 @@ HairConstants hair_constants(HairMaterial material) {
         * (0.473161 * t_r_3 - 4.549319
         + b * (2.680015 - 0.4317592 * b - 0.389167 * t_r_3)
         + e * (0.5058711 - 0.2617105 * b - 0.02974871 * e - 0.02273471 * t_r_3));
-    float t_tt_2 = sin(-0.5 * material.alpha);
-    float less_tt = 2.0 * (t_tt_2 * t_tt_2);
+    float t_tt_3 = sin(0.5 * t_tt);
+    float less_tt = 2.0 * (t_tt_3 * t_tt_3);
     hair.k_tilt_tt = -(scale_tt * less_tt);
-    float peak = 0.3989423 / t_3;
-    vec3 t_tt_3 = material.sigma_a - t_r_3;
+    float peak = 0.3989423 / t_2;
+    vec3 t_tt_4 = material.sigma_a - t_r_3;
     hair.K_tt = peak
         * exp2(1.442695
         * (e * (0.3213393 - 0.2331051 * b - 0.03298123 * e) - 3.482702
         - 1.773577 * t_r_3 + b * (1.304724 - 0.3839336 * b - 0.3243981 * t_r_3)
-        - 2.0 * t_tt_3));
-    float over_v_trt = 1.0 / (t_5 * t_5);
+        - 2.0 * t_tt_4));
+    float over_v_trt = 1.0 / (t_3 * t_3);
     float scale_trt = 1.442695 * (over_v_trt - 0.3308086 + 0.3677345 * m4_trt);
-    hair.k_chord_trt = -0.5 * scale_trt * cos_tilt_trt;
+    hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     float r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_qq_trt = 1.442695 * (-0.9348278 * r - 0.4817989);
     hair.k_q_trt = 1.442695
@@ -178,17 +179,17 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_uu_trt = 1.442695 * (0.2768356 * r - 1.368779 + 0.913686 * b);
     hair.k_u_trt = 1.442695
         * (5.030944 + r * (3.961805 - 1.014872 * r) - 2.691539 * b - 0.3026849 * e);
-    float t_trt_2 = sin(0.5 * t_4);
-    float less_trt = 2.0 * (t_trt_2 * t_trt_2);
+    float t_trt_3 = sin(0.5 * t_trt);
+    float less_trt = 2.0 * (t_trt_3 * t_trt_3);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    float peak_trt = 0.3989423 / t_5;
-    vec3 t_trt_3 = -4.0 * t_tt_3;
+    float peak_trt = 0.3989423 / t_3;
+    vec3 t_trt_4 = -4.0 * t_tt_4;
     hair.K_trt = peak_trt
         * exp2(1.442695
         * (0.8103713 * m4_trt - 2.838551 + r * (0.698553 - 0.8299944 * r)
-        - 0.6336235 * b + 0.1447347 * e - 4.87551 * t_r_3 + t_trt_3));
+        - 0.6336235 * b + 0.1447347 * e - 4.87551 * t_r_3 + t_trt_4));
     float scale_trt_2 = 1.442695 * (over_v_trt + 0.2015874 - 0.5289548 * m4_trt);
-    hair.k_chord_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
+    hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
     hair.k_qq_trt_2 = 1.442695 * (-1.779848 * r - 0.5434128);
     hair.k_q_trt_2 = 1.442695
         * (1.756346 - 0.03763479 * r + e * (0.03740132 + 0.8621255 * r));
@@ -200,7 +201,7 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.35369 * t_r_3 - 4.350656 + r * (2.051262 - 0.2740953 * t_r_3) + t_trt_3));
+        * (-3.35369 * t_r_3 - 4.350656 + r * (2.051262 - 0.2740953 * t_r_3) + t_trt_4));
     return hair;
 }
 
@@ -220,7 +221,7 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_r * sc;
-    float chord = X - hair.tan_tilt_r_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_r_2 * turned - 4.0 * max(-a, 0.0);
     float T_2 = cos_phi + hair.kT;
     float P = Y * (cos_phi + hair.kP);
     float t = abs(a);
@@ -228,12 +229,12 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
         * max(max(0.9339232 + hair.slope_r * t, hair.slope_r_2 * t - 1.626727),
         hair.offset + hair.slope_r_3 * t) * (1.0 + 0.52011704 * P);
     return T_2 * inversesqrt(square_size)
-        * exp2(hair.k_tilt_r + hair.k_chord_r * chord + hair.k_x * sqrt(max(P, 0.0))
-        + hair.k_q_r * q + hair.k_P * P);
+        * exp2(hair.k_tilt_r + hair.k_square_r * square
+        + hair.k_x * sqrt(max(P, 0.0)) + hair.k_q_r * q + hair.k_P * P);
 }
 
 // Through the fiber: a factor of M and F at grazing, and one exponential for each
-// color, a polynomial in cos phi and q less M's chord^2/(2 v).
+// color, a polynomial in cos phi and q less square/(2 v) of M.
 vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o,
     float cos_phi) {
     float cc = cos_i * cos_o;
@@ -247,20 +248,20 @@ vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_tt * sc;
-    float chord = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_tt_2 * turned - 4.0 * max(-a, 0.0);
     float near = Y + hair.k_near_tt;
     float square_rise = near * near * (abs(a) + hair.flat_tt);
     float rise = Y * inversesqrt(square_rise);
     return rise * hair.K_tt
-        * exp2(hair.k_tilt_tt + hair.k_chord_tt * chord
+        * exp2(hair.k_tilt_tt + hair.k_square_tt * square
         + q * q * (hair.k_qq_tt + hair.k_qqq * q)
         + cos_phi * cos_phi
         * (hair.k_uu_tt + hair.k_uuq * q + cos_phi * (hair.k_uuu + hair.k_uuuq * q))
         + q * hair.k_q_tt + cos_phi * (hair.k_u_tt + q * hair.k_uq_tt));
 }
 
-// Reflected inside: a factor as that of TT, and exponentials of polynomials in cos phi
-// - 1 and q less chord^2/(2 v), for all colors.
+// Reflected inside: a factor as that of TT, and one or two exponentials of polynomials
+// in cos phi - 1 and q less square/(2 v), for all colors.
 vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_i, float cos_o,
     float cos_phi) {
     float cc = cos_i * cos_o;
@@ -274,16 +275,16 @@ vec3 hair_TRT(HairConstants hair, float sin_i, float sin_o, float cos_i, float c
     float Y = square_both + together * together;
     float turned = sc + sin_o * cos_i;
     float a = cc + hair.tan_tilt_trt * sc;
-    float chord = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
+    float square = X - hair.tan_tilt_trt_2 * turned - 4.0 * max(-a, 0.0);
     float near = Y + hair.k_near_trt;
     float square_rise = near * near * (abs(a) + hair.flat_trt);
     float rise = Y * inversesqrt(square_rise);
     float u = cos_phi - 1.0;
     return rise
-        * exp2(hair.k_tilt_trt + hair.k_chord_trt * chord
+        * exp2(hair.k_tilt_trt + hair.k_square_trt * square
         + q * (hair.k_q_trt + hair.k_qq_trt * q)
         + u * (hair.k_u_trt + hair.k_uq_trt * q + hair.k_uu_trt * u)) * hair.K_trt
-        + rise * exp2(hair.k_tilt_trt_2 + hair.k_chord_trt_2 * chord
+        + rise * exp2(hair.k_tilt_trt_2 + hair.k_square_trt_2 * square
         + q * (hair.k_q_trt_2 + hair.k_qq_trt_2 * q)
         + u * (hair.k_u_trt_2 + hair.k_uq_trt_2 * q + hair.k_uu_trt_2 * u))
         * hair.K_trt_2;

@@ -3,7 +3,8 @@
 A tier is its constants, nested dicts of numbers as fits/tiers.py writes them: what they
 do not name is not computed. A key is a monomial, one letter for each factor, "1" if
 there is none. What depends on the fiber alone is in the coefficients, polynomials in
-its numbers; beside those a lobe costs an exp2 and one or two roots.
+its numbers; beside those R costs an exp2 and one or two roots, TT a root and an exp2
+for each color, TRT a root and one or two exp2.
 """
 
 import math
@@ -36,11 +37,15 @@ WIDTHS = (1.0, 0.5, 2.0)
 """beta_m of the lobes over that of R, in the fibers of the fits."""
 
 _LEAST = 1e-5
+_STEEPEST = 1.2
+"""Tilt of a lobe in radians beyond which it is this: its tangent is finite."""
+
 _LOG2_E = 1 / math.log(2)
 
 
 def _inside(x: Floats, name: str) -> Floats:
     low, high = DOMAIN[name]
+    # Without absorption its derivative is whole.
     return jnp.minimum(jnp.maximum(x, low), high) if low else jnp.minimum(x, high)
 
 
@@ -126,31 +131,32 @@ def geometry(at: Directions) -> Geometry:
 class Cone(NamedTuple):
     """A lobe's specular cone, turned by its tilt and folded where it passes a pole.
 
-    a = |cos(cone) cos(theta_o)|/cos(tilt), chord = 2 (cos(tilt) - cos(cone - theta_o))
-    / cos(tilt), cos(tilt) and 1 - cos(tilt).
+    a = |cos(cone) cos(theta_o)|/cos(tilt); 2 (cos(tilt) - cos(cone - theta_o)) over
+    cos(tilt), without tilt the square of a chord; cos(tilt) and 1 - cos(tilt).
     """
 
     a: Floats
-    chord: Floats
+    square: Floats
     cos: Any
     less: Any
 
 
 def cone(tilt: Any, at: Geometry) -> Cone:
     """The cone of a lobe."""
+    tilt = jnp.clip(tilt, -_STEEPEST, _STEEPEST)
     half, cos = jnp.sin(tilt / 2), checkpoint_name(jnp.cos(tilt), "cos_tilt")
     tan = checkpoint_name(jnp.sin(tilt) / cos, "tan_tilt")
     less = checkpoint_name(2 * (half * half), "less")
     a = checkpoint_name(at.cc + tan * at.sc, "a")
-    chord = at.X - 2 * tan * at.turned - 4 * jnp.maximum(-a, 0)
-    return Cone(jnp.abs(a), checkpoint_name(chord, "chord"), cos, less)
+    square = at.X - 2 * tan * at.turned - 4 * jnp.maximum(-a, 0)
+    return Cone(jnp.abs(a), checkpoint_name(square, "square"), cos, less)
 
 
 def _along(of: Cone, over_v: Any) -> Floats:
     """log2 of exp((cos(cone - theta_o) - 1) over_v)."""
     scale = checkpoint_name(_LOG2_E * over_v, "scale")
-    slope = checkpoint_name(-0.5 * scale * of.cos, "k_chord")
-    return checkpoint_name(-scale * of.less, "k_tilt") + slope * of.chord
+    slope = checkpoint_name(-0.5 * scale * of.cos, "k_square")
+    return checkpoint_name(-scale * of.less, "k_tilt") + slope * of.square
 
 
 def R(k: Any, hair: Hair, at: Geometry) -> Floats:

@@ -1,5 +1,7 @@
 """What the files of shaders say about themselves."""
 
+from textwrap import wrap
+
 from fiberjax.exponential import DOMAIN
 
 MEANING = {
@@ -34,23 +36,28 @@ EXPONENTIAL = {
     "2 cos^2(phi/2) and 8 cos^2(phi/2) cos^2 theta_d; the largest of the lines is that "
     "of I0 in M. One exponential for F, N and M.",
     "TT": "Through the fiber: a factor of M and F at grazing, and one exponential for "
-    "each color, a polynomial in cos phi and q less M's chord^2/(2 v).",
-    "TRT": "Reflected inside: a factor as that of TT, and exponentials of "
-    "polynomials in cos phi - 1 and q less chord^2/(2 v), for all colors.",
+    "each color, a polynomial in cos phi and q less square/(2 v) of M.",
+    "TRT": "Reflected inside: a factor as that of TT, and one or "
+    "two exponentials of polynomials in cos phi - 1 and q less square/(2 v), for all "
+    "colors.",
 }
 TITLES = {
-    "light": "Hair of three exponentials and a root per lobe: R + TT + TRT.",
-    "medium": "Hair of exponentials, TRT with its caustic: R + TT + TRT.",
+    "light": "Hair of exponentials, one for TRT: R + TT + TRT.",
+    "medium": "Hair of exponentials, two for TRT and its caustic: R + TT + TRT.",
     "fine": "Hair of exponentials of longer polynomials: R + TT + TRT.",
 }
 FITTED = (
     "Form: exponentials of polynomials in cos phi and q = cos 2 theta_d. Y is",
-    "4 cos^2 theta_d, chord that between the directions of the cone and theta_o, X the",
-    "same without tilt. Fitted to S over both directions; absorption along the path of",
-    "light, 1/cos theta_t.",
-    "Domain: "
-    + ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in DOMAIN.items()),
-    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m.",
+    "4 cos^2 theta_d, X = 2 - 2 cos(theta_i + theta_o), square that of the cone.",
+    "Fitted to S over both directions; absorption follows the path, 1/cos theta_t.",
+    *wrap(
+        "Domain: "
+        + ", ".join(f"{x} {low:g} to {high:g}" for x, (low, high) in DOMAIN.items())
+        + ", |alpha| to 2.5 degrees.",
+        85,
+    ),
+    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m",
+    "and alpha, absorption sigma_a.",
     "Constants: fits/tiers.py.",
 )
 REST = (

@@ -70,7 +70,7 @@ class Cost(NamedTuple):
     other: int
 
 
-def cost(tier: str, counted: str = "assembly") -> Cost:
+def cost(tier: str, counted: str = "assembly", *, rest: bool = False) -> Cost:
     """The operations of `hair_bsdf_hoisted` in a tier's shader.
 
     Args:
@@ -79,16 +79,18 @@ def cost(tier: str, counted: str = "assembly") -> Cost:
             multiply-add is one and exp has a multiplication of its own; "spirv",
             optimized SPIR-V, nothing fused. fits/shared/assembly.py and
             fits/shared/spirv.py say what counts as one.
+        rest: with all lobes above TRT, as in `evaluate`.
 
     Returns:
         special and other.
 
     Raises:
-        ValueError: an unknown tier or count.
+        ValueError: an unknown tier or count; rest is not True or False.
     """
     choice("tier", tier, TIERS)
     choice("counted", counted, ("assembly", "spirv"))
-    return Cost(**json.loads(COSTS.read_text())[tier][counted])
+    name = f"{tier}_rest" if flag("rest", rest) else tier
+    return Cost(**json.loads(COSTS.read_text())[name][counted])
 
 
 def tier_of(name: str) -> Tier:
