@@ -192,15 +192,15 @@ def scenes(width: int) -> dict[str, swatch.Scene]:
 
 
 @cache
-def shaded(width: int, light: str, model: str, p: int) -> dict[str, np.ndarray]:
+def shaded(width: int, light: str, model: str, p: int) -> dict[str, np.ma.MaskedArray]:
     """A lobe in every color."""
     return swatch.radiance(model, p, scenes(width)[light])
 
 
-def lit(width: int, row, model: str) -> np.ndarray:
+def lit(width: int, row, model: str) -> np.ma.MaskedArray:
     """The lobes of a row, added."""
     _, color, lobes, light = row
-    return np.sum([shaded(width, light, model, p)[color] for p in lobes], axis=0)
+    return np.ma.stack([shaded(width, light, model, p)[color] for p in lobes]).sum(0)
 
 
 class Sheet(NamedTuple):

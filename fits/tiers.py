@@ -2,6 +2,7 @@
 
 Exact: S cos(theta_o) of fiberjax.evaluate without rest, R + TT + TRT.
 Approximation: fiberjax.exponential, in the forms of fits/shared/forms.py.
+Published: nothing in these forms; Karis 2016 is judged beside them.
 Domain: eta 1.45 to 1.65, beta_m .09 to .49, beta_n .05 to .49, sigma_a to 1.15, tilts
 to 2.5 degrees of both signs.
 Norm: root mean square over fibers and colors of the relative L2 over both directions;

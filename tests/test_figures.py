@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
 
 import fiberjax
 
@@ -421,7 +422,8 @@ def test_committed_png(name):
     assert path.stat().st_size < 400_000
     with Image.open(path) as picture:
         assert picture.width == script("realtime").WIDE
-        assert picture.text["Title"]  # type: ignore
+        assert isinstance(picture, PngImageFile)
+        assert picture.text["Title"]
 
 
 def judged():
@@ -509,7 +511,7 @@ def test_a_pixel_of_a_tier_is_what_it_returns():
 
 
 def test_the_exposure_and_the_ground():
-    points = np.full((6, 6, 3), np.nan)
+    points = np.ma.masked_all((6, 6, 3))
     points[:3] = 0.25
     picture = swatch.developed(points, 2.0)
     assert picture.shape == (2, 2, 3)
@@ -518,3 +520,14 @@ def test_the_exposure_and_the_ground():
     assert swatch.exposure(points[:3]) == 4
     np.testing.assert_allclose(swatch.difference(2 * points, points, 2.0)[0], 0.5)
     assert swatch.off(1.1 * points, points) == pytest.approx(0.1)
+
+
+def test_a_model_that_returns_nan_is_seen():
+    points = np.ma.masked_all((6, 6, 3))
+    points[:3] = 0.25
+    wrong = points.copy()
+    wrong[0, 0, 0] = np.nan
+    assert np.isnan(swatch.developed(wrong, 2.0)[0, 0, 0])
+    assert np.isnan(swatch.difference(wrong, points, 2.0)[0, 0])
+    assert np.isnan(swatch.off(wrong, points))
+    assert np.isnan(swatch.exposure(wrong))

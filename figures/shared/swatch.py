@@ -80,8 +80,8 @@ def lobe(model: str, p: int, fiber: fiberjax.Fiber, *angles: Any) -> jax.Array:
     return realtime.lobe(model, fiber, p, *angles)
 
 
-def radiance(model: str, p: int, scene: Scene) -> dict[str, np.ndarray]:
-    """Linear pictures (rows, columns, 3) of one lobe by color; NaN is no fiber.
+def radiance(model: str, p: int, scene: Scene) -> dict[str, np.ma.MaskedArray]:
+    """Linear pictures (rows, columns, 3) of one lobe by color, masked without a fiber.
 
     Every point of a pixel has its own; shape is that of scene.covered.
     """
@@ -90,14 +90,14 @@ def radiance(model: str, p: int, scene: Scene) -> dict[str, np.ndarray]:
     value = value.reshape(-1, len(COLORS), 3) * scene.arriving[:, None, None]
     found = {}
     for k, name in enumerate(COLORS):
-        found[name] = np.full((*scene.covered.shape, 3), np.nan)
+        found[name] = np.ma.array(np.zeros((*scene.covered.shape, 3)), mask=True)
         found[name][scene.covered] = value[:, k]
     return found
 
 
-def exposure(reference: np.ndarray) -> float:
+def exposure(reference: np.ma.MaskedArray) -> float:
     """The factor that brings the brightest pixels to white."""
-    return 1 / float(np.nanpercentile(reference.max(-1), BRIGHT))
+    return 1 / float(np.percentile(reference.max(-1).compressed(), BRIGHT))
 
 
 def _pixels(points: np.ndarray) -> np.ndarray:
@@ -111,19 +111,21 @@ def srgb(linear: np.ndarray) -> np.ndarray:
     return np.where(x < 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
 
-def developed(points: np.ndarray, exposed: float) -> np.ndarray:
+def developed(points: np.ma.MaskedArray, exposed: float) -> np.ndarray:
     """Exposed, cut at white, averaged over pixels, in sRGB."""
-    ground = np.isnan(points)
-    shown = np.where(ground, GROUND, np.minimum(points * exposed, 1))
+    ground = np.ma.getmaskarray(points)
+    shown = np.where(ground, GROUND, np.minimum(points.data * exposed, 1))
     return srgb(_pixels(shown))
 
 
-def difference(points: np.ndarray, reference: np.ndarray, exposed: float):
-    """Mean over channels of the exposed difference, (rows, columns)."""
-    return _pixels(np.nan_to_num(points - reference) * exposed).mean(-1)
+def difference(
+    points: np.ma.MaskedArray, reference: np.ma.MaskedArray, exposed: float
+) -> np.ndarray:
+    """Mean over channels of the exposed difference, (rows, columns); 0 beside."""
+    return _pixels((points - reference).filled(0) * exposed).mean(-1)
 
 
-def off(points: np.ndarray, reference: np.ndarray) -> float:
+def off(points: np.ma.MaskedArray, reference: np.ma.MaskedArray) -> float:
     """Relative L2 of the difference over the lock."""
-    error, size = (np.nansum(x**2) for x in (points - reference, reference))
+    error, size = ((x.compressed() ** 2).sum() for x in (points - reference, reference))
     return float(np.sqrt(error / size))
