@@ -426,6 +426,29 @@ def test_committed_png(name):
         assert picture.text["Title"]
 
 
+@pytest.mark.slow
+def test_a_rerun_draws_the_same_pictures(tmp_path):
+    """And the same tables, but for rounding."""
+    script("realtime").main(["--output", str(tmp_path)])
+    for name in ("realtime_slides", *OF_REALTIME):
+        drawn, committed = (rows(x / f"{name}.csv") for x in (tmp_path, FIGURES))
+        assert len(drawn) == len(committed)
+        for new, old in zip(drawn, committed, strict=True):
+            assert new.keys() == old.keys()
+            for x, y in zip(new.values(), old.values(), strict=True):
+                if NUMBER.fullmatch(y):
+                    x, y = float(x), pytest.approx(float(y), abs=2e-4)
+                assert x == y
+    for name in PNGS:
+        levels = []
+        for folder in (tmp_path, FIGURES):
+            with Image.open(folder / f"{name}.png") as picture:
+                levels.append(np.asarray(picture.convert("RGB"), float))
+        difference = np.abs(levels[0] - levels[1])
+        assert difference.max() <= 16
+        assert difference.mean() < 0.02
+
+
 def judged():
     return json.loads((FIGURES.parent / "fits" / "quality.json").read_text())
 
