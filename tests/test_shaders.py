@@ -467,11 +467,30 @@ MATERIALS = {
 }
 
 
-def given(tier, n):
+EXTREMES = {
+    shader.Material: {
+        "eta": (0.5, 1, 1.0001, 3, 10),
+        "sigma_a": [(0, 0, 0), (1e4, 1, 0), (1e-6, 30, 1e30)],
+        "beta_m": (1e-3, 1e-2, 3, 100),
+        "beta_n": (0, 1e-3, 10),
+        "alpha": (-1.5, -1, 0.5, 1, 3),
+    },
+    shader.ArtistMaterial: {
+        "base_color": [(0, 0, 0), (1, 1, 1), (1, 1e-20, 0.5)],
+        "specular": (0, 10),
+        "roughness": (0.01, 5),
+        "scatter": (0, 10),
+        "shift": (-1, 1),
+        "shadow": (0, 1),
+    },
+}
+
+
+def given(tier, n, materials=MATERIALS):
     """Materials and directions in float32, by name."""
     rng = np.random.default_rng(4)
     columns = {}
-    for name, values in MATERIALS[shader.SHADERS[tier].material].items():
+    for name, values in materials[shader.SHADERS[tier].material].items():
         chosen = np.asarray(values)[rng.integers(len(values), size=n)]
         columns[name] = chosen.reshape(n, -1).astype(np.float32)
     vectors = dict(zip("LVT", directions(n, rng), strict=True))
@@ -575,6 +594,16 @@ def test_shaders_run_and_agree_with_jax(device, tier, language, tmp_path):
     # Away from poles and from opposite directions a second look is rare.
     anywhere = np.isin(again % 10, (0, 8, 9)).sum()
     assert anywhere <= 5
+
+
+@every
+def test_shaders_of_extreme_materials_are_finite(device, tier, language, tmp_path):
+    if language != "wgsl":
+        gpu.need_glslang()
+    rows, text = given(tier, 20_000, EXTREMES), committed(f"{tier}.{language}")
+    found = shown(device, tier, language, text, rows, tmp_path)
+    assert np.isfinite(found).all()
+    assert (found[:, :3] >= 0).all()
 
 
 # On a processor, for the values: all that a GPU has and C++ has not.

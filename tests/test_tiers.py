@@ -23,8 +23,10 @@ sys.path.insert(0, str(FITS))
 tiers: Any = import_module("tiers")
 forms: Any = import_module("shared.forms")
 samples: Any = import_module("shared.samples")
+weighed: Any = import_module("shared.weighed")
 
 QUALITY = json.loads((FITS / "quality.json").read_text())
+TILT = float(np.radians(2.5))
 COLOR = np.array([0.5, 0.3, 0.1])
 HAIR = fj.Fiber(1.52, 0.2, 0.3, 0.04, -np.log(COLOR) / 4)
 RNG = np.random.default_rng(11)
@@ -119,6 +121,26 @@ def test_any_tilt_is_finite(tier, alpha):
 
 
 @ours
+@pytest.mark.parametrize("beta_m", [0.6, 0.8, 1.0, 5.0])
+def test_a_wide_clear_fiber_gives_back_no_more_than_it_gets(tier, beta_m):
+    """Beyond the domain; at the angle where narrower ones come closest to it."""
+    x, weight = np.polynomial.legendre.leggauss(64)
+    theta_o, phi = np.pi / 2 * x[:, None], np.pi / 2 * (1 + x)
+    measure = np.pi**2 / 2 * np.cos(theta_o) * weight[:, None] * weight
+    for eta, beta_n, theta_i in product((1.45, 1.65), (0.05, 0.49), (0.0, 1.3)):
+        fiber = fj.Fiber(eta, beta_m, beta_n, TILT, None)
+        found = realtime.evaluate(tier, fiber, theta_i, theta_o, phi)
+        assert 0.7 < (measure * found).sum() < 1
+    nearest = fj.Fiber(1.5, 0.8, 0.3, TILT, 0.2)
+    wide = fj.Fiber(1.5, max(beta_m, 0.8), 0.3, TILT, 0.2)
+    np.testing.assert_allclose(
+        realtime.evaluate(tier, wide, *ANGLES),
+        realtime.evaluate(tier, nearest, *ANGLES),
+        rtol=1e-12,
+    )
+
+
+@ours
 def test_absorption_goes_on_beyond_the_domain(tier):
     """Through the fiber exp(-2 sigma_a) for each more, and at last nothing."""
     for p in (1, 2):
@@ -144,6 +166,29 @@ def test_narrow_lobes_are_where_the_cone_is(tier, dtype):
         # What else varies over the lobe has a slope there.
         both = ratio * ratio[::-1] / ratio[4] ** 2
         np.testing.assert_allclose(both, 1, atol=0.01)
+
+
+@ours
+@pytest.mark.parametrize("beta", [1e-3, 1e-2, 5e-2])
+def test_what_a_narrow_tilted_lobe_loses_in_single_precision(tier, beta):
+    """At most 4 (tilt/beta)^2 eps of its peak, beside what rounded angles lose."""
+    theta_i, eps = np.float32(0.4), float(np.finfo(np.float32).eps)
+    fiber = fj.Fiber(1.55, beta, 0.2, TILT, 0.1)
+    for p, (width, factor) in enumerate(
+        zip(exponential.WIDTHS, (2, -1, -4), strict=True)
+    ):
+        tilt, beta_p = abs(factor * TILT), width * beta
+        away = beta_p * np.linspace(-3, 3, 31)
+        theta_o = (-theta_i + factor * TILT + away).astype(np.float32)
+        single, double = (
+            np.asarray(realtime.lobe(tier, fiber, p, *map(dtype, at)), float)
+            for dtype, at in (
+                (np.float32, (theta_i, theta_o, 2.5)),
+                (np.float64, (theta_i, theta_o, np.float32(2.5))),
+            )
+        )
+        lost = eps * (8 + 4 * (tilt / beta_p) ** 2 + 4 / beta_p)
+        assert np.abs(single - double).max() <= lost * double.max()
 
 
 def test_constants_are_those_of_the_forms():
@@ -187,11 +232,11 @@ def test_a_fit_finds_constants_it_was_given():
     """R of the light tier, made of other constants, from the start of every fit."""
     at, form = few_samples(), {"R": forms.FORMS["light"]["R"]}
     truth = {"R": realtime.tier_of("light").constants["R"]}
-    (exact,) = tiers.lobes(truth, at, (0,))
+    (exact,) = weighed.lobes(truth, at, (0,))
     at = at._replace(exact=np.concatenate([exact[:, None], at.exact[:, 1:]], 1))
     start = forms.constants(form, forms.START)
-    _, error = tiers.solved(partial(tiers.of_lobe, p=0), start, at, 200)
-    before = float(jnp.linalg.norm(tiers.of_lobe(start, at, 0)))
+    _, error = tiers.solved(partial(weighed.of_lobe, p=0), start, at, 200)
+    before = float(jnp.linalg.norm(weighed.of_lobe(start, at, 0)))
     assert error < 0.02 < before
 
 
@@ -208,7 +253,7 @@ def test_reports_are_those_of_the_constants(tier):
     entry = json.loads((FITS / "constants" / f"{tier}.json").read_text())
     k = realtime.tier_of(tier).constants
     chosen = tiers.fibers()[::7]
-    found = tiers.relative(k, samples.samples(chosen, 32, seed=3))
+    found = weighed.relative(k, samples.samples(chosen, 32, seed=3))
     assert found.mean() == pytest.approx(entry["error"]["float64"]["mean"], rel=0.25)
     assert entry["error"]["float32"] == entry["error"]["float64"]
     half = entry["error"]["half"]["mean"]

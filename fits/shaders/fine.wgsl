@@ -4,17 +4,17 @@
 // Fitted to S over both directions; absorption follows the path, 1/cos theta_t.
 // Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to
 // 1.15, |alpha| to 2.5 degrees.
-// Beyond it the polynomials are those of the nearest fiber; M follows beta_m
-// and alpha, absorption sigma_a.
+// Beyond it the polynomials are those of the nearest fiber; M follows beta_m, to
+// 0.8, and alpha, absorption sigma_a.
 // Constants: fits/tiers.py.
 //
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.01239 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.01817; 0.01093 on other fibers, at
-// most 0.01262. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
-// 2.5 degrees: albedo off by at most 0.02356, 0.005793 below max(1, exact) at the most.
+// R + TT + TRT is off by 0.01278 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.01875; 0.01157 on other fibers, at
+// most 0.01409. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
+// 2.5 degrees: albedo off by at most 0.02552, 0.005137 below max(1, exact) at the most.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 133
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
 // 205 in SPIR-V, nothing fused.
@@ -94,19 +94,20 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let n = clamp(material.beta_n, 0.05, 0.49);
     let n2 = n * n;
     let b = 4.0 * n2;
-    let t_r = 0.628304 + 0.06860541 * b;
-    let beta_n = n - 0.0209929;
+    let t_r = 0.6038181 + 0.07893227 * b;
+    let beta_n = n - 0.01617085;
     let beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + t_r * t_r * beta_n2;
-    hair.kP = 1.00001 + 1.4713058 * beta_n2;
-    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.03147887, 1e-05);
+    hair.kP = 1.00001 + 1.3837475 * beta_n2;
+    let width = min(material.beta_m, 0.8);
+    let over_v = max(1.0 / (width * width) - 0.006251717, 1e-05);
     let t_r_2 = cos_tilt * over_v;
-    hair.slope_r = 2.232387 * t_r_2;
-    hair.slope_r_2 = 6.05789 * t_r_2;
+    hair.slope_r = 2.279574 * t_r_2;
+    hair.slope_r_2 = 6.168951 * t_r_2;
     let m = clamp(material.beta_m, 0.09, 0.49);
     let m4 = 4.0 * (m * m);
-    hair.slope_r_3 = (4.413899 - 0.3997366 * (m4 * m4)) * t_r_2;
-    hair.offset = 0.2592427 * m4;
+    hair.slope_r_3 = (4.563912 - 0.2798637 * (m4 * m4)) * t_r_2;
+    hair.offset = 0.1442182 * m4;
     let t_tt = clamp(-material.alpha, -1.2, 1.2);
     let cos_tilt_tt = cos(t_tt);
     hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
@@ -115,8 +116,8 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let m_tt = clamp(2.0 * t_2, 0.09, 0.49);
     let m4_tt = 4.0 * (m_tt * m_tt);
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    hair.k_near_tt = 0.1898967 - 0.08643149 * m4_tt - 0.002696553 * b + 0.005765953 * e;
-    let t_tt_2 = 0.0175203 + 0.135423 * m4_tt - 0.01264886 * b;
+    hair.k_near_tt = 0.1892081 - 0.08218343 * m4_tt - 0.005037452 * b + 0.004928882 * e;
+    let t_tt_2 = 0.01725863 + 0.1298832 * m4_tt - 0.006282691 * b;
     hair.flat_tt = t_tt_2 * t_tt_2 + 1e-05;
     let t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     let cos_tilt_trt = cos(t_trt);
@@ -125,95 +126,98 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_3 = 2.0 * material.beta_m;
     let m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     let m4_trt = 4.0 * (m_trt * m_trt);
-    hair.k_near_trt = 0.02921625 - 0.04871376 * m4_trt + 0.05749709 * b;
-    let t_trt_2 = -0.5305889 * m4_trt - 0.06532218 - 0.02996834 * b;
+    hair.k_near_trt = 0.03538306 - 0.03764988 * m4_trt + 0.00343052 * b;
+    let t_trt_2 = 0.07701718 + 0.4473487 * m4_trt - 0.009602546 * b;
     hair.flat_trt = t_trt_2 * t_trt_2 + 1e-05;
     let scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_x = 1.442695 * (0.2341302 * b - 2.015967 + 0.04141125 * e);
-    hair.k_u_r = 0.06557516 * b;
-    hair.k_q_r = 1.442695 * (0.2864873 * b + 0.0007044975 * e * b);
-    hair.k_PP = 1.442695 * (0.009655994 - 0.005598089 * e);
-    hair.k_P = 1.442695 * (0.2955985 - 0.1516065 * b + 0.06263572 * e);
-    let k_1 = 1.442695 * (0.1987847 * b - 1.751735 - 0.01202274 * e * b);
+    hair.k_x = 1.442695 * (0.2540192 * b - 2.022652 + 0.04035076 * e);
+    hair.k_u_r = 0.06462092 * b;
+    hair.k_q_r = 1.442695 * (0.2618032 * b + 0.002037813 * e * b);
+    hair.k_PP = 1.442695 * (0.008104682 - 0.005737142 * e);
+    hair.k_P = 1.442695 * (0.3209138 - 0.1499862 * b + 0.06339683 * e);
+    let k_1 = 1.442695 * (0.1611019 * b - 1.735852 - 0.009914496 * e * b);
     let t_r_3 = sin(0.5 * t);
     let less = 2.0 * (t_r_3 * t_r_3);
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
     hair.k_1 = k_1 + k_tilt + log_peak;
-    let over_v_tt = 1.0 / (t_2 * t_2);
+    let width_tt = min(t_2, 0.4);
+    let over_v_tt = 1.0 / (width_tt * width_tt);
     let scale_tt = 1.442695
-        * (over_v_tt - 0.01266061 + m4_tt * (0.7357478 - 0.7080006 * m4_tt));
+        * (over_v_tt + 0.02666871 + m4_tt * (0.2005031 - 0.192494 * m4_tt));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.09525483 - 0.07392126 * m4_tt);
-    hair.k_uqq = 1.442695 * (0.1672895 * b - 0.06787759);
+    hair.k_qqq = 1.442695 * (0.09940767 - 0.07783242 * m4_tt);
+    hair.k_uqq = 1.442695 * (0.1625824 * b - 0.0707234);
     hair.k_uuq = 1.442695
-        * (b * (5.053173 - 3.034929 * b) - 2.261511 + 0.005937182 * (e * e));
-    hair.k_uuuq = 1.442695 * (b * (2.623162 - 1.65389 * b) - 1.007015);
-    hair.k_uuu = 1.442695 * (b * (2.468572 - 1.532028 * b) - 1.368222);
+        * (b * (5.240127 - 3.058413 * b) - 2.334118 - 0.0005734475 * (e * e));
+    hair.k_uuuq = 1.442695 * (b * (2.760767 - 1.706611 * b) - 1.049326);
+    hair.k_uuu = 1.442695 * (b * (2.541686 - 1.584867 * b) - 1.381943);
     let t_r_4 = min(material.sigma_a, vec3f(1.15));
     hair.k_qq_tt = 1.442695
-        * (0.07302233 * m4_tt - 0.2480104 + 0.1626114 * b + 0.01287741 * e
-        - 0.07603005 * t_r_4);
+        * (0.07746077 * m4_tt - 0.2523955 + 0.1585156 * b + 0.01302607 * e
+        - 0.07693309 * t_r_4);
     hair.k_q_tt = 1.442695
-        * (0.6892119 * t_r_4 - 1.402726
-        + b * (1.562918 - 0.6080267 * b - 0.2658404 * t_r_4)
-        + e * (0.299966 - 0.1877722 * b - 0.01640367 * e - 0.1462554 * t_r_4));
+        * (0.7075514 * t_r_4 - 1.4219
+        + b * (1.596934 - 0.6168704 * b - 0.2915101 * t_r_4)
+        + e * (0.3003821 - 0.1711468 * b - 0.01312224 * e - 0.1526522 * t_r_4));
     hair.k_uq_tt = 1.442695
-        * (0.345335 * t_r_4 - 3.024413
-        + b * (4.105486 - 1.995177 * b - 0.2787096 * t_r_4)
-        + e * (0.3347321 - 0.1954609 * b - 0.09956372 * t_r_4));
+        * (0.3654538 * t_r_4 - 3.074708
+        + b * (4.191738 - 1.974587 * b - 0.3068712 * t_r_4)
+        + e * (0.334523 - 0.1778401 * b - 0.1054162 * t_r_4));
     hair.k_uu_tt = 1.442695
-        * (-0.327527 * t_r_4 - 3.289857
-        + b * (5.106349 - 2.986997 * b + 0.5798886 * t_r_4)
-        + e * (0.06144632 + 0.02388018 * t_r_4));
+        * (-0.3263105 * t_r_4 - 3.331916
+        + b * (5.387603 - 3.214404 * b + 0.5030824 * t_r_4)
+        + e * (0.05671246 + 0.02537619 * t_r_4));
     hair.k_u_tt = 1.442695
-        * (e * (0.4721097 - 0.2582631 * b - 0.05603804 * e) - 4.695156
-        + b * (4.387474 - 2.148474 * b + 0.5383347 * t_r_4));
+        * (e * (0.4719656 - 0.2654728 * b - 0.05953424 * e) - 4.731579
+        + b * (4.649802 - 2.368833 * b + 0.4466193 * t_r_4));
     let t_tt_3 = sin(0.5 * t_tt);
     let less_tt = 2.0 * (t_tt_3 * t_tt_3);
     hair.k_tilt_tt = -(scale_tt * less_tt);
-    let peak = 0.3989423 / t_2;
+    let peak = 0.3989423 / width_tt;
     let t_tt_4 = material.sigma_a - t_r_4;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.3074922 - 0.2343048 * b - 0.04978354 * e) - 3.46551
-        - 1.907139 * t_r_4 + b * (1.48034 + b * (0.005319625 * t_r_4 - 0.6283764))
+        * (e * (0.3101788 - 0.2402638 * b - 0.05188338 * e) - 3.475742
+        - 1.908044 * t_r_4 + b * (1.537143 + b * (-0.0118389 * t_r_4 - 0.674304))
         - 2.0 * t_tt_4));
-    let over_v_trt = 1.0 / (t_3 * t_3);
-    let scale_trt = 1.442695 * (over_v_trt - 0.3743852 + 0.4574269 * m4_trt);
+    let width_trt = min(t_3, 1.6);
+    let over_v_trt = 1.0 / (width_trt * width_trt);
+    let scale_trt = 1.442695 * (over_v_trt - 0.2136688 + 0.5201127 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
-    hair.k_qq_trt = 1.442695 * (-0.9857127 * r - 0.3883192);
+    hair.k_qq_trt = 1.442695 * (-0.552842 * r - 0.5947339);
     hair.k_q_trt = 1.442695
-        * (0.1360207 + 0.6536078 * m4_trt - 1.631869 * r - 1.33938 * b + 0.2563495 * e);
-    hair.k_uq_trt = 1.442695 * (6.478298 + 2.423838 * r - 4.564036 * b);
-    hair.k_uu_trt = 1.442695 * (0.2391993 * r - 1.349573 + 0.7996727 * b);
+        * (0.7575423 * m4_trt - 0.1328005 - 1.161838 * r - 1.091215 * b
+        + 0.2378369 * e);
+    hair.k_uq_trt = 1.442695 * (4.931579 + 4.678818 * r - 3.213339 * b);
+    hair.k_uu_trt = 1.442695 * (0.09039429 * r - 1.285291 + 0.6856879 * b);
     hair.k_u_trt = 1.442695
-        * (5.072728 + r * (4.405513 - 1.2596 * r) - 3.006191 * b - 0.3315543 * e);
+        * (5.126118 + r * (2.805487 + 0.9429194 * r) - 2.795132 * b - 0.323166 * e);
     let t_trt_3 = sin(0.5 * t_trt);
     let less_trt = 2.0 * (t_trt_3 * t_trt_3);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    let peak_trt = 0.3989423 / t_3;
+    let peak_trt = 0.3989423 / width_trt;
     let t_trt_4 = -4.0 * t_tt_4;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.8305642 * m4_trt - 2.914498 + r * (0.8811018 - 0.8986692 * r)
-        - 0.566035 * b + 0.1464745 * e - 4.858502 * t_r_4 + t_trt_4));
-    let scale_trt_2 = 1.442695 * (over_v_trt + 0.24209 - 0.5963209 * m4_trt);
+        * (0.8134827 * m4_trt - 2.751771 + r * (0.4302124 - 0.5372137 * r)
+        - 0.7063224 * b + 0.1369798 * e - 4.862427 * t_r_4 + t_trt_4));
+    let scale_trt_2 = 1.442695 * (over_v_trt + 0.1001094 - 0.5025221 * m4_trt);
     hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
-    hair.k_qq_trt_2 = 1.442695 * (-1.847829 * r - 0.4949604);
+    hair.k_qq_trt_2 = 1.442695 * (-1.748608 * r - 0.5609986);
     hair.k_q_trt_2 = 1.442695
-        * (1.681255 + 0.08534752 * r + e * (0.04750688 + 0.8460283 * r));
-    hair.k_uq_trt_2 = 1.442695 * (2.780898 + r * (0.03902148 - 105.4546 * r));
+        * (1.773035 - 0.1003903 * r + e * (0.07898724 + 0.8201097 * r));
+    hair.k_uq_trt_2 = 1.442695 * (2.583662 + r * (3.56327 - 115.6012 * r));
     hair.k_uu_trt_2 = 1.442695
-        * (r * (158.1485 - 480.6664 * r) - 13.37134 - 0.9171986 * e);
+        * (r * (186.5809 - 548.2265 * r) - 16.15425 - 0.5542693 * e);
     hair.k_u_trt_2 = 1.442695
-        * (r * (16.8626 + 65.98657 * r) - 0.9403649 + e * (28.84603 * r - 5.032767));
+        * (r * (12.22795 + 72.90064 * r) - 0.3464273 + e * (29.17706 * r - 4.906359));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.306987 * t_r_4 - 4.391015 + r * (2.073527 - 0.3210815 * t_r_4)
+        * (-3.341025 * t_r_4 - 4.484442 + r * (2.196408 - 0.2514659 * t_r_4)
         + t_trt_4));
     return hair;
 }
@@ -239,8 +243,8 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
     let square_size = T_2
-        * max(max(0.9742816 + hair.slope_r * t, hair.slope_r_2 * t - 1.807717),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.121269636 * P);
+        * max(max(1.000575 + hair.slope_r * t, hair.slope_r_2 * t - 1.755049),
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.17395864 * P);
     return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_1 + hair.k_square_r * square + hair.k_x * sqrt(max(P, 0.0))
         + hair.k_u_r * cos_phi + hair.k_q_r * q + P * (hair.k_P + hair.k_PP * P));

@@ -4,17 +4,17 @@
 // Fitted to S over both directions; absorption follows the path, 1/cos theta_t.
 // Domain: eta 1.45 to 1.65, beta_m 0.09 to 0.49, beta_n 0.05 to 0.49, sigma_a 0 to
 // 1.15, |alpha| to 2.5 degrees.
-// Beyond it the polynomials are those of the nearest fiber; M follows beta_m
-// and alpha, absorption sigma_a.
+// Beyond it the polynomials are those of the nearest fiber; M follows beta_m, to
+// 0.8, and alpha, absorption sigma_a.
 // Constants: fits/tiers.py.
 //
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.01522 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.02062; 0.01391 on other fibers, at
-// most 0.01894. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
-// 2.5 degrees: albedo off by at most 0.023, 0.003003 below max(1, exact) at the most.
+// R + TT + TRT is off by 0.01573 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.02193; 0.01476 on other fibers, at
+// most 0.02006. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
+// 2.5 degrees: albedo off by at most 0.02402, 0.002892 below max(1, exact) at the most.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 124
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
 // 189 in SPIR-V, nothing fused.
@@ -89,18 +89,19 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.tan_tilt_r = sin(t) / cos_tilt;
     hair.tan_tilt_r_2 = 2.0 * hair.tan_tilt_r;
     let n = clamp(material.beta_n, 0.05, 0.49);
-    let beta_n = n - 0.0217958;
+    let beta_n = n - 0.01376115;
     let beta_n2 = beta_n * beta_n;
-    hair.kT = 1.00001 + 0.355721 * beta_n2;
-    hair.kP = 1.00001 + 1.1915644 * beta_n2;
-    let over_v = max(1.0 / (material.beta_m * material.beta_m) - 0.05965294, 1e-05);
+    hair.kT = 1.00001 + 0.3024827 * beta_n2;
+    hair.kP = 1.00001 + 0.9754985 * beta_n2;
+    let width = min(material.beta_m, 0.8);
+    let over_v = max(1.0 / (width * width) - 0.05916308, 1e-05);
     let t_r = cos_tilt * over_v;
-    hair.slope_r = 2.158519 * t_r;
-    hair.slope_r_2 = 5.761591 * t_r;
-    hair.slope_r_3 = 4.238235 * t_r;
+    hair.slope_r = 2.604743 * t_r;
+    hair.slope_r_2 = 6.963426 * t_r;
+    hair.slope_r_3 = 5.142012 * t_r;
     let n2 = n * n;
     let b = 4.0 * n2;
-    hair.offset = 0.1633502 * b;
+    hair.offset = 0.08946164 * b;
     let t_tt = clamp(-material.alpha, -1.2, 1.2);
     let cos_tilt_tt = cos(t_tt);
     hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
@@ -109,8 +110,8 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let m = clamp(2.0 * t_2, 0.09, 0.49);
     let m4 = 4.0 * (m * m);
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    hair.k_near_tt = 0.1948676 - 0.09445745 * m4 + 0.00287764 * b + 0.01119712 * e;
-    let t_tt_2 = 0.01732339 + 0.1508104 * m4 - 0.02689742 * b;
+    hair.k_near_tt = 0.1986775 - 0.07947065 * m4 - 0.009886225 * b + 0.00761752 * e;
+    let t_tt_2 = -0.1314877 * m4 - 0.01926589 + 0.01244582 * b;
     hair.flat_tt = t_tt_2 * t_tt_2 + 1e-05;
     let t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     let cos_tilt_trt = cos(t_trt);
@@ -119,89 +120,91 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_3 = 2.0 * material.beta_m;
     let m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     let m4_trt = 4.0 * (m_trt * m_trt);
-    hair.k_near_trt = 0.02784617 - 0.04615284 * m4_trt + 0.04212551 * b;
-    let t_trt_2 = -0.5040515 * m4_trt - 0.06970201 - 0.03822508 * b;
+    hair.k_near_trt = 0.03306103 - 0.04587922 * m4_trt + 0.01677672 * b;
+    let t_trt_2 = 0.0788071 + 0.4722171 * m4_trt - 0.01569421 * b;
     hair.flat_trt = t_trt_2 * t_trt_2 + 1e-05;
     let scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_x = 1.442695 * (0.3485575 * b - 1.995569 + 0.06611885 * e);
+    hair.k_x = 1.442695 * (0.2445709 * b - 2.032492 + 0.06511939 * e);
     let m_r = clamp(material.beta_m, 0.09, 0.49);
     let m4_r = 4.0 * (m_r * m_r);
-    hair.k_q_r = 1.442695 * (-0.005406963 * m4_r + 0.1067857 * b);
-    hair.k_P = 1.442695 * (0.4186806 - 0.1381652 * b + 0.01889108 * e);
+    hair.k_q_r = 1.442695 * (-0.01402879 * m4_r + 0.07752983 * b);
+    hair.k_P = 1.442695 * (0.4143583 - 0.09248688 * b + 0.01991673 * e);
     let t_r_2 = sin(0.5 * t);
     let less = 2.0 * (t_r_2 * t_r_2);
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
-    hair.k_tilt_r = k_tilt - 2.5580542 + log_peak;
-    let over_v_tt = 1.0 / (t_2 * t_2);
+    hair.k_tilt_r = k_tilt - 2.4200373 + log_peak;
+    let width_tt = min(t_2, 0.4);
+    let over_v_tt = 1.0 / (width_tt * width_tt);
     let scale_tt = 1.442695
-        * (over_v_tt + 0.2034227 + m4 * (-0.06764823 * m4 - 0.1669281));
+        * (over_v_tt + 0.05156944 + m4 * (0.09015499 * m4 - 0.1958052));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.09225344 - 0.07799596 * m4);
+    hair.k_qqq = 1.442695 * (0.09239057 - 0.08152107 * m4);
     hair.k_qq_tt = 1.442695
-        * (0.06989617 * m4 - 0.1963157 + 0.0388691 * b + 0.01073968 * e);
-    hair.k_uuq = 1.442695 * (b * (1.253348 + 0.3105359 * b) - 1.795987);
-    hair.k_uuuq = 1.442695 * (0.7756827 * b - 0.7856965);
-    hair.k_uuu = 1.442695 * (0.6392582 * b - 1.07963);
-    hair.k_uu_tt = 1.442695 * (1.752832 * b - 2.831018 + 0.08389567 * e);
+        * (0.07876807 * m4 - 0.1887191 + 0.02555187 * b + 0.009310307 * e);
+    hair.k_uuq = 1.442695 * (b * (1.367544 + 0.3072427 * b) - 1.7756);
+    hair.k_uuuq = 1.442695 * (0.8739176 * b - 0.7821446);
+    hair.k_uuu = 1.442695 * (0.7787087 * b - 1.212459);
+    hair.k_uu_tt = 1.442695 * (1.957012 * b - 3.021177 + 0.07446291 * e);
     let t_r_3 = min(material.sigma_a, vec3f(1.15));
     hair.k_q_tt = 1.442695
-        * (0.7233236 * t_r_3 - 1.398196
-        + b * (1.282631 - 0.3081252 * b - 0.2554074 * t_r_3)
-        + e * (0.2920741 - 0.1744625 * b - 0.1433271 * t_r_3));
+        * (0.7484552 * t_r_3 - 1.400271
+        + b * (1.272985 - 0.3053263 * b - 0.2761524 * t_r_3)
+        + e * (0.3099827 - 0.1867148 * b - 0.164559 * t_r_3));
     hair.k_uq_tt = 1.442695
-        * (0.4251588 * t_r_3 - 2.780367 + b * (1.878002 - 0.2487656 * t_r_3)
-        + e * (0.324415 - 0.1763694 * b - 0.09761561 * t_r_3));
+        * (0.4531509 * t_r_3 - 2.759111 + b * (1.879805 - 0.2736681 * t_r_3)
+        + e * (0.3461986 - 0.2031051 * b - 0.122272 * t_r_3));
     hair.k_u_tt = 1.442695
-        * (0.473161 * t_r_3 - 4.549319
-        + b * (2.680015 - 0.4317592 * b - 0.389167 * t_r_3)
-        + e * (0.5058711 - 0.2617105 * b - 0.02974871 * e - 0.02273471 * t_r_3));
+        * (0.4300852 * t_r_3 - 4.581063
+        + b * (2.643438 - 0.3537763 * b - 0.323248 * t_r_3)
+        + e * (0.4878615 - 0.2413113 * b - 0.03367111 * e - 0.02448719 * t_r_3));
     let t_tt_3 = sin(0.5 * t_tt);
     let less_tt = 2.0 * (t_tt_3 * t_tt_3);
     hair.k_tilt_tt = -(scale_tt * less_tt);
-    let peak = 0.3989423 / t_2;
+    let peak = 0.3989423 / width_tt;
     let t_tt_4 = material.sigma_a - t_r_3;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.3213393 - 0.2331051 * b - 0.03298123 * e) - 3.482702
-        - 1.773577 * t_r_3 + b * (1.304724 - 0.3839336 * b - 0.3243981 * t_r_3)
+        * (e * (0.3115036 - 0.2180688 * b - 0.03630553 * e) - 3.458183
+        - 1.808628 * t_r_3 + b * (1.2175 - 0.3169095 * b - 0.2697386 * t_r_3)
         - 2.0 * t_tt_4));
-    let over_v_trt = 1.0 / (t_3 * t_3);
-    let scale_trt = 1.442695 * (over_v_trt - 0.3308086 + 0.3677345 * m4_trt);
+    let width_trt = min(t_3, 1.6);
+    let over_v_trt = 1.0 / (width_trt * width_trt);
+    let scale_trt = 1.442695 * (over_v_trt - 0.2845976 + 0.4814196 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
-    hair.k_qq_trt = 1.442695 * (-0.9348278 * r - 0.4817989);
+    hair.k_qq_trt = 1.442695 * (-0.5292037 * r - 0.5828771);
     hair.k_q_trt = 1.442695
-        * (0.1220866 + 0.7102205 * m4_trt - 1.729176 * r - 1.418722 * b
-        + 0.2506058 * e);
-    hair.k_uq_trt = 1.442695 * (6.325593 + 2.269481 * r - 4.197222 * b);
-    hair.k_uu_trt = 1.442695 * (0.2768356 * r - 1.368779 + 0.913686 * b);
+        * (0.7826566 * m4_trt - 0.1761447 - 1.165068 * r - 1.081355 * b
+        + 0.2484418 * e);
+    hair.k_uq_trt = 1.442695 * (4.988277 + 4.440898 * r - 3.030021 * b);
+    hair.k_uu_trt = 1.442695 * (-0.1280535 * r - 1.260585 + 0.7778429 * b);
     hair.k_u_trt = 1.442695
-        * (5.030944 + r * (3.961805 - 1.014872 * r) - 2.691539 * b - 0.3026849 * e);
+        * (5.106896 + r * (2.576824 + 0.9963366 * r) - 2.530974 * b - 0.3402806 * e);
     let t_trt_3 = sin(0.5 * t_trt);
     let less_trt = 2.0 * (t_trt_3 * t_trt_3);
     hair.k_tilt_trt = -(scale_trt * less_trt);
-    let peak_trt = 0.3989423 / t_3;
+    let peak_trt = 0.3989423 / width_trt;
     let t_trt_4 = -4.0 * t_tt_4;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.8103713 * m4_trt - 2.838551 + r * (0.698553 - 0.8299944 * r)
-        - 0.6336235 * b + 0.1447347 * e - 4.87551 * t_r_3 + t_trt_4));
-    let scale_trt_2 = 1.442695 * (over_v_trt + 0.2015874 - 0.5289548 * m4_trt);
+        * (0.8165836 * m4_trt - 2.643927 + r * (0.09694014 - 0.3532506 * r)
+        - 0.762874 * b + 0.1395163 * e - 4.872649 * t_r_3 + t_trt_4));
+    let scale_trt_2 = 1.442695 * (over_v_trt + 0.0754012 - 0.4708338 * m4_trt);
     hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
-    hair.k_qq_trt_2 = 1.442695 * (-1.779848 * r - 0.5434128);
+    hair.k_qq_trt_2 = 1.442695 * (-1.589372 * r - 0.669991);
     hair.k_q_trt_2 = 1.442695
-        * (1.756346 - 0.03763479 * r + e * (0.03740132 + 0.8621255 * r));
-    hair.k_uq_trt_2 = 1.442695 * (2.887308 + r * (0.166621 - 105.8083 * r));
+        * (1.915865 - 0.3477271 * r + e * (0.9363205 * r - 0.006198183));
+    hair.k_uq_trt_2 = 1.442695 * (2.675735 + r * (3.546714 - 115.8904 * r));
     hair.k_uu_trt_2 = 1.442695
-        * (r * (158.1217 - 480.7456 * r) - 13.39011 - 0.7843353 * e);
+        * (r * (186.5589 - 548.2777 * r) - 16.25259 - 0.5701621 * e);
     hair.k_u_trt_2 = 1.442695
-        * (r * (16.83079 + 65.50121 * r) - 1.010574 + e * (28.34889 * r - 5.030809));
+        * (r * (12.11941 + 72.55818 * r) - 0.4269903 + e * (28.54871 * r - 4.942771));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.35369 * t_r_3 - 4.350656 + r * (2.051262 - 0.2740953 * t_r_3) + t_trt_4));
+        * (-3.348361 * t_r_3 - 4.50343 + r * (2.261471 - 0.2532883 * t_r_3) + t_trt_4));
     return hair;
 }
 
@@ -226,8 +229,8 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
     let square_size = T_2
-        * max(max(0.9339232 + hair.slope_r * t, hair.slope_r_2 * t - 1.626727),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.52011704 * P);
+        * max(max(1.120919 + hair.slope_r * t, hair.slope_r_2 * t - 2.168438),
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.38924047 * P);
     return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_tilt_r + hair.k_square_r * square
         + hair.k_x * sqrt(max(P, 0.0)) + hair.k_q_r * q + hair.k_P * P);

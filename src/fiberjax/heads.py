@@ -56,8 +56,8 @@ FITTED = (
         + ", |alpha| to 2.5 degrees.",
         85,
     ),
-    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m",
-    "and alpha, absorption sigma_a.",
+    "Beyond it the polynomials are those of the nearest fiber; M follows beta_m, to",
+    "0.8, and alpha, absorption sigma_a.",
     "Constants: fits/tiers.py.",
 )
 REST = (
