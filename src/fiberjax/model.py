@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import jax
@@ -88,19 +89,36 @@ class Model:
         return shares(spec)
 
 
-def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
-    """Each value over their sum, on a last axis, and whether any light is left.
+def portions(values: Sequence[Floats]) -> tuple[list[Floats], Any]:
+    """Each value over their sum, and whether any light is left.
 
-    All shares are equal where all values are below the root of the smallest number:
-    the reverse pass divides by them.
+    All are equal where all values are below the root of the smallest number: the
+    reverse pass divides by them.
     """
-    stacked = jnp.stack(jnp.broadcast_arrays(*values), -1)
     # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
-    largest = jax.lax.stop_gradient(stacked.max(-1, keepdims=True))
+    largest = jax.lax.stop_gradient(reduce(jnp.maximum, values))
     # NaN is light of some kind: it must reach the result.
-    alive = ~(largest < float(jnp.finfo(stacked.dtype).tiny) ** 0.5)
-    share = jnp.where(alive, stacked / jnp.where(alive, largest, 1), 1)
-    return share / share.sum(-1, keepdims=True), alive[..., 0]
+    alive = ~(largest < float(jnp.finfo(largest.dtype).tiny) ** 0.5)
+    scaled = [jnp.where(alive, x / jnp.where(alive, largest, 1), 1) for x in values]
+    total = reduce(jnp.add, scaled)
+    return [x / total for x in scaled], alive
+
+
+def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
+    """`portions` on a last axis."""
+    found, alive = portions(jnp.broadcast_arrays(*values))
+    return jnp.stack(found, -1), alive
+
+
+def entry(values: Floats, index: Any) -> Floats:
+    """The entry `index` of the last axis, element by element."""
+    return jnp.take_along_axis(values, index[..., None], -1)[..., 0]
+
+
+def positive(beta: Floats) -> Floats:
+    """The roughness, or a few roundings of an angle: densities must be numbers."""
+    least = 64 * float(jnp.finfo(beta.dtype).eps)
+    return beta + jax.lax.stop_gradient(jnp.maximum(least - beta, 0))
 
 
 def prepare(fiber: Fiber, *angles: Reals) -> tuple[Fiber, list[Floats]]:

@@ -13,7 +13,7 @@ from fiberjax.azimuthal import drop_color
 from fiberjax.circular import TURN, wrap
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, cast, cone
-from fiberjax.model import Model
+from fiberjax.model import Model, entry, positive
 from fiberjax.rules import Rule
 from fiberjax.section import ray, refraction
 from fiberjax.selection import (
@@ -44,11 +44,6 @@ class Sample(NamedTuple):
     p: Int[Array, "..."]
 
 
-def _at(values: Floats, index: Any) -> Floats:
-    """The entry `index` of the last axis, element by element."""
-    return jnp.take_along_axis(values, index[..., None], -1)[..., 0]
-
-
 def _ratio(x: Floats) -> Floats:
     """1, with the derivative of log x."""
     return x / jax.lax.stop_gradient(x)
@@ -63,12 +58,6 @@ def _bound(clamp: Any) -> float:
     if not bound > 0:
         raise ValueError(f"clamp = {clamp!r}: must be > 0")
     return bound
-
-
-def _positive(beta: Floats) -> Floats:
-    """The roughness, or a few roundings of an angle: M must be a number."""
-    least = 64 * float(jnp.finfo(beta.dtype).eps)
-    return beta + jax.lax.stop_gradient(jnp.maximum(least - beta, 0))
 
 
 @partial(jax.jit, static_argnames=("model", "strategy", "gradient"))
@@ -90,9 +79,9 @@ def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
     cones = jnp.broadcast_to(cones, (*shape, len(shapes)))
     beta_m = jnp.stack([s.beta_m for s in shapes])
     beta_n = jnp.stack([s.beta_n for s in shapes])
-    beta_m = _positive(beta_m) if again else beta_m
+    beta_m = positive(beta_m) if again else beta_m
     theta_o = position(
-        sample_cone(_at(cones, index), beta_m[index], u[..., 2], u[..., 3])
+        sample_cone(entry(cones, index), beta_m[index], u[..., 2], u[..., 3])
     )
 
     section = model.section(fiber, theta_i, theta_o)
@@ -106,13 +95,13 @@ def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
         # With M and theta_o alive, and both probabilities held, this is unbiased.
         # Dividing by 1 rather than by the mixture keeps 1/mixture^2 finite.
         held = jax.lax.stop_gradient(mixture)
-        share = _at(along, index) / held
+        share = entry(along, index) / held
         share = share if detached else share / _ratio(mixture)
-        share = share / _at(second, index)
+        share = share / entry(second, index)
     else:
-        share = 1 / _at(first, index)
+        share = 1 / entry(first, index)
         if detached:
-            share = share * _ratio(M(_at(cones, index), theta_o, beta_m[index] ** 2))
+            share = share * _ratio(M(entry(cones, index), theta_o, beta_m[index] ** 2))
 
     p = jnp.asarray(model.parts)[index]
     is_rest = p == model.tail

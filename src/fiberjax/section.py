@@ -38,7 +38,12 @@ class Section(NamedTuple):
 
 def section(theta_d: Floats, eta: Floats, sigma_a: Floats | None = None) -> Section:
     """The section at an inclination, with sigma_a of shape () or (C,), or None."""
-    cos, k = jnp.abs(jnp.cos(theta_d)), (eta - 1) * (eta + 1)
+    return section_of(jnp.cos(theta_d), eta, sigma_a)
+
+
+def section_of(cos: Floats, eta: Floats, sigma_a: Floats | None = None) -> Section:
+    """The section at an inclination of which the cosine is known."""
+    cos, k = jnp.abs(cos), (eta - 1) * (eta + 1)
     return Section(cos, eta, k, jnp.sqrt(k + cos * cos), sigma_a)
 
 

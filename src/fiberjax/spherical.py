@@ -4,6 +4,8 @@ M is what a spherical Gaussian makes of the specular cone: a cone of inclination
 theta_cone, convolved on the sphere with a von Mises-Fisher density of variance v.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 
@@ -11,39 +13,62 @@ from fiberjax import bessel, numerics
 from fiberjax._types import Floats, Reals, floats, last_axis
 
 
+class Inclination(NamedTuple):
+    """An angle from the normal plane by its sine and cosine, which may be negative."""
+
+    sin: Floats
+    cos: Floats
+
+
+def inclination(theta: Floats) -> Inclination:
+    """The sine and cosine of an angle."""
+    return Inclination(jnp.sin(theta), jnp.cos(theta))
+
+
+def turned(of: Inclination, by: Inclination) -> Inclination:
+    """The sum of two angles."""
+    return Inclination(
+        of.sin * by.cos + of.cos * by.sin, of.cos * by.cos - of.sin * by.sin
+    )
+
+
+def _density(E: Floats, a: Floats, v: Floats) -> Floats:
+    # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
+    # another order the exponent would lose a digit for each digit of 1/v.
+    # The factor behind is large where the exponential is small, so it comes first.
+    factor = jax.scipy.special.i0e(a) / (-v * jnp.expm1(-2 / v))
+    return jnp.exp(E + (jnp.abs(a) - a)) * factor
+
+
 @jax.custom_jvp
 def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
     x = 1 / v
     E = -2 * x * jnp.sin((theta_o - theta_c) / 2) ** 2
-    a = x * jnp.cos(theta_c) * jnp.cos(theta_o)
-    # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
-    # another order the exponent would lose a digit for each digit of 1/v.
-    # The factor behind is large where the exponential is small, so it comes first.
-    density = jax.scipy.special.i0e(a) / (-v * jnp.expm1(-2 * x))
-    return jnp.exp(E + (jnp.abs(a) - a)) * density
+    return _density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), v)
 
 
-def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
+def _log_M_derivatives(
+    cone: Inclination, out: Inclination, sin_D: Floats, versine: Floats, v: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Derivatives of log M in theta_c, theta_o and v, in forms without cancellation.
 
-    Differentiating i0e gives i1e - i0e, which loses every digit at large a. With
-    r = I1(a)/I0(a) and 1 - r known separately, two forms cover everything.
+    D is theta_o - theta_c and versine 1 - cos D. Differentiating i0e gives i1e - i0e,
+    which loses every digit at large a. With r = I1(a)/I0(a) and 1 - r known separately,
+    two forms cover everything.
     """
     x = 1 / v
-    sin_c, cos_c = jnp.sin(theta_c), jnp.cos(theta_c)
-    sin_o, cos_o = jnp.sin(theta_o), jnp.cos(theta_o)
-    D = theta_o - theta_c
+    (sin_c, cos_c), (sin_o, cos_o) = cone, out
     a = x * cos_c * cos_o
     r, rest = numerics.stored(lambda: bessel.ratio(a), v)
     peaked = a > 2
     by_o = jnp.where(
         peaked,
-        -jnp.sin(D) + cos_c * sin_o * rest,
+        -sin_D + cos_c * sin_o * rest,
         sin_c * cos_o - cos_c * sin_o * r,
     )
     by_c = jnp.where(
         peaked,
-        jnp.sin(D) + cos_o * sin_c * rest,
+        sin_D + cos_o * sin_c * rest,
         sin_o * cos_c - cos_o * sin_c * r,
     )
     narrow = x > 2
@@ -51,7 +76,7 @@ def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
     tail = -2 * jnp.exp(-2 * y) / jnp.expm1(-2 * y)  # 2/expm1(2y) without overflow
     by_x = jnp.where(
         narrow,
-        -2 * jnp.sin(D / 2) ** 2 - cos_c * cos_o * rest + (1 / y - tail),
+        -versine - cos_c * cos_o * rest + (1 / y - tail),
         sin_c * sin_o + cos_c * cos_o * r - bessel.langevin(jnp.where(narrow, 1, x)),
     )
     return x * by_c, x * by_o, -x * x * by_x
@@ -59,9 +84,42 @@ def _log_M_derivatives(theta_c, theta_o, v) -> tuple[Floats, Floats, Floats]:
 
 @_M.defjvp
 def _M_jvp(primals, tangents):
-    value = _M(*primals)
-    slopes = _log_M_derivatives(*primals)
+    theta_c, theta_o, v = primals
+    value, D = _M(*primals), theta_o - theta_c
+    slopes = _log_M_derivatives(
+        inclination(theta_c),
+        inclination(theta_o),
+        jnp.sin(D),
+        2 * jnp.sin(D / 2) ** 2,
+        v,
+    )
     return value, value * sum(s * t for s, t in zip(slopes, tangents, strict=True))
+
+
+def _versine(cone: Inclination, out: Inclination) -> Floats:
+    """1 - cos of the difference of two angles."""
+    by_sin, by_cos = out.sin - cone.sin, out.cos - cone.cos
+    return (by_sin * by_sin + by_cos * by_cos) / 2
+
+
+@jax.custom_jvp
+def M_around(cone: Inclination, out: Inclination, v: Floats) -> Floats:
+    """`M` from sines and cosines, which it knows as well as they do the angles.
+
+    Derivatives are those along the circles of both.
+    """
+    x = 1 / v
+    return _density(-x * _versine(cone, out), x * cone.cos * out.cos, v)
+
+
+@M_around.defjvp
+def _M_around_jvp(primals, tangents):
+    (cone, out, v), (dcone, dout, dv) = primals, tangents
+    value = M_around(*primals)
+    sin_D = out.sin * cone.cos - out.cos * cone.sin
+    slopes = _log_M_derivatives(cone, out, sin_D, _versine(cone, out), v)
+    turns = [of.cos * d.sin - of.sin * d.cos for of, d in ((cone, dcone), (out, dout))]
+    return value, value * sum(s * t for s, t in zip(slopes, [*turns, dv], strict=True))
 
 
 def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:
@@ -97,8 +155,10 @@ def open_unit(u: Floats) -> Floats:
     return jnp.minimum(u + eps / 2, 1 - eps / 2)
 
 
-def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats:
-    """`sample_M` in terms of beta = sqrt(v), differentiable at beta = 0."""
+def sample_around(
+    cone: Inclination, beta: Floats, u0: Floats, u1: Floats
+) -> Inclination:
+    """`sample_M` as sine and cosine, differentiable at beta = sqrt(v) = 0."""
     xi = open_unit(u0)
     v = beta * beta
     # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
@@ -111,11 +171,15 @@ def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats
     w = jnp.minimum(v * depth, 2)  # 1 - cosine of the angle off the cone
     s = beta * numerics.sqrt(depth * (2 - w))
     psi = 2 * jnp.pi * u1
-    sin_c, cos_c = jnp.sin(theta_c), jnp.cos(theta_c)
-    along = (1 - w) * sin_c + s * jnp.cos(psi) * cos_c
-    out = (1 - w) * cos_c - s * jnp.cos(psi) * sin_c
+    along = (1 - w) * cone.sin + s * jnp.cos(psi) * cone.cos
+    out = (1 - w) * cone.cos - s * jnp.cos(psi) * cone.sin
     across = s * jnp.sin(psi)
-    return jnp.atan2(along, numerics.sqrt(out * out + across * across))
+    return Inclination(along, numerics.sqrt(out * out + across * across))
+
+
+def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats:
+    """`sample_M` in terms of beta = sqrt(v), differentiable at beta = 0."""
+    return jnp.atan2(*sample_around(inclination(theta_c), beta, u0, u1))
 
 
 def sample_M(theta_cone: Reals, v: Reals, u: Reals) -> Floats:
