@@ -1,0 +1,535 @@
+"""The near field: values, energy, distribution, derivatives, and the far field."""
+
+from functools import partial
+from itertools import product
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import reference
+from mpmath import mp
+from scipy import special, stats
+from test_sampling import FALSE_ALARM, p_value, uniforms
+
+import fiberjax as fj
+from fiberjax import directions, entering, nearfield
+
+HALF_PI = np.pi / 2
+GRAZING = np.radians(89.9)
+SCALE = np.sqrt(np.pi / 8)
+TILTS, WIDTHS = (2, -1, -4), (1.0, 0.5, 2.0, 2.0)
+COLORS = (0.1, 0.4, 2.0)
+HAIR = fj.Fiber(1.55, 0.25, 0.3, -0.035, COLORS)
+
+
+def fiber(beta, sigma_a=None, alpha=0.0436):
+    return fj.Fiber(1.55, beta, beta, alpha, sigma_a)
+
+
+def angles(seed, count):
+    rng = np.random.default_rng(seed)
+    theta = rng.uniform(-HALF_PI, HALF_PI, (2, count))
+    return (*theta, rng.uniform(-7, 7, count), rng.uniform(-1, 1, count))
+
+
+def parts(of, theta_i, h):
+    """A_p, cone, width along and specular azimuth of R, TT, TRT and the rest.
+
+    From the equations of floor one, none of which the near field calls.
+    """
+    eta_p = fj.eta_prime(theta_i, of.eta)
+    cos = np.cos(theta_i) * np.sqrt((1 - h) * (1 + h))
+    F = fj.reflectance(cos, of.eta)[..., None]
+    sigma_a = np.atleast_1d(0.0 if of.sigma_a is None else of.sigma_a)
+    where = (np.asarray(x)[..., None] for x in (h, theta_i))
+    T = fj.transmittance(*where, of.eta, sigma_a)
+    A = [*(fj.A(p, F, T) for p in range(3)), fj.A_rest(3, F, T)]
+    A = [np.broadcast_to(a, (*np.shape(h), len(sigma_a))) for a in A]
+    alpha = 0.0 if of.alpha is None else float(of.alpha)
+    cones = [-theta_i + k * alpha for k in (*TILTS, 0)]
+    beta = [w * float(of.beta_m) for w in WIDTHS]
+    return A, cones, beta, [fj.Phi(p, h, eta_p) for p in range(3)]
+
+
+def composed(of, theta_i, theta_o, phi, h):
+    """evaluate and pdf from the public equations."""
+    A, cones, beta, turns = parts(of, theta_i, h)
+    D = [fj.trimmed_logistic(phi - turn, SCALE * of.beta_n) for turn in turns]
+    D.append(np.full_like(phi, 1 / (2 * np.pi)))
+    density = [
+        fj.M(c, theta_o, b * b) * d for c, b, d in zip(cones, beta, D, strict=True)
+    ]
+    w = np.array([a.mean(-1) for a in A])
+    value = sum(a * d[..., None] for a, d in zip(A, density, strict=True))
+    return value, sum(w / w.sum(0) * np.array(density))
+
+
+@pytest.mark.parametrize("beta", [0.01, 0.1, 0.3, 1.0])
+@pytest.mark.parametrize("sigma_a", [None, (0.0, 0.5, 30.0)])
+def test_values_are_those_of_the_equations(beta, sigma_a):
+    of, at = fiber(beta, sigma_a), angles(0, 2000)
+    value, density = composed(of, *at)
+    found = nearfield.evaluate(of, *at)
+    # What rounding of the azimuth and of theta costs, in units of the widths.
+    rtol = 1e-12 + 2e-15 / beta**2
+    np.testing.assert_allclose(
+        found if sigma_a else found[:, None], value, rtol=rtol, atol=1e-290
+    )
+    np.testing.assert_allclose(nearfield.pdf(of, *at), density, rtol=rtol, atol=1e-290)
+
+
+@pytest.mark.parametrize("at", [(0.4, -0.3, 2.0, 0.6), (-1.2, 1.1, -2.5, -0.9)])
+def test_values_are_those_of_50_digits(at):
+    with mp.workdps(50):
+        t, o, f, x, eta = map(mp.mpf, (*at, float(HAIR.eta)))
+        alpha, beta_m, beta_n = (
+            mp.mpf(float(x)) for x in (HAIR.alpha, HAIR.beta_m, HAIR.beta_n)
+        )
+        s = mp.sqrt(mp.pi / 8) * beta_n
+        eta_p = mp.sqrt(eta**2 - mp.sin(t) ** 2) / mp.cos(t)
+        gamma_i, gamma_t = mp.asin(x), mp.asin(x / eta_p)
+        F = reference.reflectance(mp.cos(t) * mp.cos(gamma_i), eta)
+        T = mp.exp(
+            -mp.mpf(COLORS[1]) * 2 * mp.cos(gamma_t) / mp.cos(mp.asin(mp.sin(t) / eta))
+        )
+        exact = mp.mpf(0)
+        for p, (k, w) in enumerate(zip(TILTS, WIDTHS, strict=False)):
+            Phi = 2 * p * gamma_t - 2 * gamma_i + p * mp.pi
+            away = f - Phi
+            away -= 2 * mp.pi * mp.nint(away / (2 * mp.pi))
+            e = mp.exp(-abs(away) / s)
+            D = e / (1 + e) ** 2 / s / mp.tanh(mp.pi / (2 * s))
+            A = F if p == 0 else (1 - F) ** 2 * F ** (p - 1) * T**p
+            exact += A * reference.M(-t + k * alpha, o, (w * beta_m) ** 2) * D
+        rest = (1 - F) ** 2 * F**2 * T**3 / (1 - F * T)
+        exact += rest * reference.M(-t, o, (2 * beta_m) ** 2) / (2 * mp.pi)
+        exact = float(exact)
+    found = nearfield.evaluate(HAIR, *at)[1]
+    np.testing.assert_allclose(found, exact, rtol=1e-13)
+
+
+@pytest.mark.parametrize("beta", [0.05, 0.3, 1.0])
+def test_single_precision(beta):
+    of, at = fiber(beta, COLORS), angles(1, 5000)
+    single = [np.float32(x) for x in at]
+    at = [np.float64(x) for x in single]
+    for f in (nearfield.evaluate, nearfield.pdf):
+        double, found = np.asarray(f(of, *at)), np.asarray(f(of, *single))
+        assert found.dtype == np.float32
+        # Exponents are as large as log(peak/value); Phi and theta are rounded.
+        room = 4e-6 * (1 + 1 / beta) * (1 + np.abs(np.log(double)))
+        assert (np.abs(found - double) <= room * double + 1e-30).all()
+
+
+def clustered(centers, widths, low, high):
+    """Gauss-Legendre nodes of intervals that are short around each center."""
+    steps = np.array([0, 0.5, 1, 2, 3, 4.5, 6, 8, 11, 15, 20, 28, 40])
+    steps = np.concatenate([-steps[:0:-1], steps])
+    edges = [c + w * steps for c, w in zip(centers, widths, strict=True)]
+    edges = np.sort(np.clip(np.concatenate([*edges, [low, high]]), low, high))
+    x, w = np.polynomial.legendre.leggauss(16)
+    mid, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+    return (mid[:, None] + half[:, None] * x).ravel(), (half[:, None] * w).ravel()
+
+
+def sphere(of, theta_i, h):
+    """theta_o and phi, and weights in solid angle, for the lobes of one fiber."""
+    _, cones, beta, turns = parts(of, theta_i, h)
+    folded = np.arcsin(np.sin(cones))
+    theta, w_theta = clustered(folded, beta, -HALF_PI, HALF_PI)
+    wrapped = [float(x) % (2 * np.pi) for turn in turns for x in (turn, turn + np.pi)]
+    s = [SCALE * float(of.beta_n), 1e-300] * 3
+    phi, w_phi = clustered(wrapped, s, 0, 2 * np.pi)
+    return theta[:, None], phi, (w_theta * np.cos(theta))[:, None] * w_phi
+
+
+@jax.jit
+def integral(of, theta_i, theta_o, phi, h, weight):
+    value = nearfield.evaluate(of, theta_i, theta_o, phi, h).astype(weight.dtype)
+    return (weight * value).sum(), (
+        weight * nearfield.pdf(of, theta_i, theta_o, phi, h)
+    ).sum()
+
+
+FURNACE = list(
+    product((0.01, 0.1, 0.3, 1.0), ((0.0, 0.2), (-1.0, -0.9), (GRAZING, 0.6)))
+)
+
+
+@pytest.mark.parametrize(("beta", "at"), FURNACE)
+def test_white_furnace(beta, at):
+    """All light comes back at every offset; the density integrates to 1."""
+    of, (theta_i, h) = fiber(beta), at
+    theta_o, phi, weight = sphere(of, theta_i, h)
+    scattered, mass = integral(of, theta_i, theta_o, phi, h, weight)
+    assert abs(scattered - 1) < 1e-12
+    assert abs(mass - 1) < 1e-12
+    single = [np.float32(x) for x in (theta_i, theta_o, phi, h)]
+    value = np.float64(nearfield.evaluate(of, *single))
+    assert abs((weight * value).sum() - 1) < 2e-6 / beta
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_white_furnace_by_samples(dtype):
+    """Uniform directions, and those of `sample`, whose weights are all 1."""
+    u = uniforms(3, 300_000, 4, dtype)
+    theta_o = jnp.arcsin(2 * u[:, 0] - 1)
+    phi = 2 * np.pi * u[:, 1]
+    for beta, theta_i in product((0.3, 1.0), (0.2, GRAZING)):
+        of, h = fiber(beta), dtype(0.3)
+        uniform = nearfield.evaluate(of, dtype(theta_i), theta_o, phi, h)
+        assert 4 * np.pi * float(uniform.mean()) == pytest.approx(1, abs=0.05)
+    for beta, theta_i in product((0.01, 0.3, 1.0), (0.0, -1.2, GRAZING)):
+        drawn = nearfield.sample(fiber(beta), dtype(theta_i), dtype(0.7), u)
+        assert drawn.weight.dtype == dtype
+        room = 200 * np.finfo(dtype).eps
+        np.testing.assert_allclose(drawn.weight, 1, atol=room)
+
+
+def logistic_mass(edges, turn, s):
+    """Of the trimmed logistic around `turn` in bins of [-pi, pi], by its integral."""
+    away = edges - turn
+    turns = np.round(away / (2 * np.pi))
+    inside = away - 2 * np.pi * turns
+    low, high = special.expit(-np.pi / s), special.expit(np.pi / s)
+    return np.diff(turns + (special.expit(inside / s) - low) / (high - low))
+
+
+def chi_square(of, theta_i, h, drawn):
+    """p-value in bins of which the exact integrals are known."""
+    A, cones, beta, turns = parts(of, theta_i, h)
+    w = np.array([a.mean() for a in A])
+    phi_edges = np.linspace(-np.pi, np.pi, 37)
+    sine = np.linspace(-1, 1, 1 << 15)
+    fine = np.arcsin(sine)
+    x, gauss = np.polynomial.legendre.leggauss(6)
+    density = sum(
+        share * np.asarray(fj.M(c, fine[1:], b * b))
+        for share, c, b in zip(w / w.sum(), cones, beta, strict=True)
+    )
+    share = np.concatenate([[0], np.cumsum(density)]) / density.sum()
+    edges = np.interp(np.linspace(0, 1, 25), 0.9 * share + (1 + sine) / 20, fine)
+    edges[0], edges[-1] = -HALF_PI, HALF_PI
+    parts_of = np.linspace(edges[:-1], edges[1:], 129)
+    mid, half = (parts_of[1:] + parts_of[:-1]) / 2, np.diff(parts_of, axis=0) / 2
+    theta = mid[..., None] + half[..., None] * x
+    mass = np.zeros((24, 36))
+    for k, (share, c, b) in enumerate(zip(w / w.sum(), cones, beta, strict=True)):
+        along = np.asarray(fj.M(c, theta, b * b)) * np.cos(theta) * gauss
+        along = (half * along.sum(-1)).sum(0)
+        around = np.full(36, 1 / 36)
+        if k < 3:
+            around = logistic_mass(phi_edges, float(turns[k]), SCALE * float(of.beta_n))
+        mass += share * np.outer(along, around)
+    assert mass.sum() == pytest.approx(1, abs=1e-9)
+    where = np.float64(drawn.theta_o), np.float64(drawn.phi)
+    observed, _, _ = np.histogram2d(*where, (edges, np.append(phi_edges[:-1], 3.1416)))
+    return p_value(observed.ravel(), mass.ravel() * len(where[0]))
+
+
+BETAS = 0.01, 0.05, 0.2, 0.6, 1.0
+AT = (0.0, 0.1), (0.8, -0.5), (-GRAZING, 0.95), (1.3, 0.99)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("sigma_a", [None, 1.0])
+def test_chi_square(dtype, sigma_a):
+    """At every roughness and direction, a clear fiber included."""
+    worst = 1.0
+    u = uniforms(7, 200_000, 4, dtype)
+    for beta, (theta_i, h) in product(BETAS, AT):
+        of = fiber(beta, sigma_a)
+        drawn = nearfield.sample(of, dtype(theta_i), dtype(h), u)
+        worst = min(worst, chi_square(of, theta_i, h, drawn))
+    assert worst > FALSE_ALARM / (4 * len(BETAS) * len(AT))
+
+
+def test_chi_square_rejects_broken_samplers():
+    of, theta_i, h = fiber(0.3), 0.8, -0.9
+    u = uniforms(8, 200_000, 4)
+    right = nearfield.sample(of, theta_i, h, u)
+    assert chi_square(of, theta_i, h, right) > FALSE_ALARM
+    # One number for two purposes, and the rest of renderers, at theta_o = 0.
+    reused = nearfield.sample(of, theta_i, h, u.at[:, 3].set(u[:, 0]))
+    flat = right._replace(theta_o=jnp.where(right.p == 3, 0, right.theta_o))
+    unwrapped = nearfield.sample(of, theta_i, -h, u)
+    for broken in (reused, flat, unwrapped):
+        assert chi_square(of, theta_i, h, broken) < 1e-9
+
+
+def test_samples_and_density_are_consistent():
+    """Weights are evaluate/pdf; integrals by samples are those by quadrature."""
+    theta_i, h = 0.7, 0.4
+    u = uniforms(9, 400_000, 4)
+    drawn = nearfield.sample(HAIR, theta_i, h, u)
+    at = theta_i, drawn.theta_o, drawn.phi, h
+    ratio = nearfield.evaluate(HAIR, *at) / nearfield.pdf(HAIR, *at)[:, None]
+    np.testing.assert_allclose(drawn.weight, ratio, rtol=1e-9)
+    theta_o, phi, weight = sphere(HAIR, theta_i, h)
+    value = nearfield.evaluate(HAIR, theta_i, theta_o, phi, h)
+    for f in (
+        lambda t, p: jnp.ones_like(t + p),
+        lambda t, p: jnp.sin(t) + 0 * p,
+        lambda t, p: jnp.cos(t) ** 2 * jnp.cos(p),
+        lambda t, p: jnp.cos(t) * jnp.sin(p),
+    ):
+        exact = (weight[..., None] * value * f(theta_o, phi)[..., None]).sum((0, 1))
+        each = drawn.weight * f(drawn.theta_o, drawn.phi)[:, None]
+        error = np.abs(each.mean(0) - exact) / (each.std(0) / np.sqrt(len(u)))
+        assert (stats.norm.sf(error) > 1e-4).all()
+
+
+@pytest.mark.parametrize(("beta", "sigma_a"), [(0.3, COLORS), (0.06, None)])
+def test_the_far_field_is_the_mean_over_offsets(beta, sigma_a):
+    of = fiber(beta, sigma_a)
+    theta_i, theta_o, phi, _ = angles(4, 12)
+    x, w = np.polynomial.legendre.leggauss(12)
+    edges = np.linspace(-HALF_PI, HALF_PI, 401)
+    gamma = (edges[:-1, None] + np.diff(edges)[:, None] * (1 + x) / 2).ravel()
+    weight = (np.diff(edges)[:, None] * w / 4).ravel() * np.cos(gamma)
+    near = nearfield.evaluate(
+        of, *(y[:, None] for y in (theta_i, theta_o, phi)), np.sin(gamma)
+    )
+    near = near if sigma_a else near[..., None]
+    mean = np.einsum("h,ahc->ac", weight, near)
+    far = fj.evaluate(
+        of, theta_i, theta_o, phi, detector="logistic", incidence="theta_i"
+    )
+    far = np.asarray(far).reshape(mean.shape)
+    np.testing.assert_allclose(mean, far, atol=1e-7 * far.max(), rtol=2e-6)
+
+
+FIELDS = "eta", "beta_m", "beta_n", "alpha", "sigma_a"
+
+
+def shifted(of, name, by):
+    values = {x: getattr(of, x) for x in FIELDS}
+    return fj.Fiber(**values | {name: values[name] + by})
+
+
+def test_derivatives_are_those_of_the_equations():
+    """Central differences of what is composed, in every field and angle."""
+    at = angles(5, 40)
+    tangents = jax.jacfwd(nearfield.evaluate)(fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3), *at)
+    of, step = fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3), 1e-5
+
+    def value(of, *at):
+        return composed(of, *at)[0][:, 0]
+
+    for name in FIELDS:
+        sides = [value(shifted(of, name, d), *at) for d in (step, -step)]
+        expected = (sides[0] - sides[1]) / (2 * step)
+        found = getattr(tangents, name)
+        np.testing.assert_allclose(found, expected, atol=2e-8 * np.abs(expected).max())
+
+    def total(k, x):
+        return nearfield.evaluate(of, *(x if j == k else y for j, y in enumerate(at)))
+
+    for k in range(4):
+        moved = [[x + d * (j == k) for j, x in enumerate(at)] for d in (step, -step)]
+        sides = [value(of, *x) for x in moved]
+        expected = (sides[0] - sides[1]) / (2 * step)
+        ones = np.ones_like(at[k])
+        _, found = jax.jvp(
+            partial(total, k), (jnp.asarray(at[k]),), (jnp.asarray(ones),)
+        )
+        inside = np.abs(at[3]) < 0.99
+        room = 1e-6 * np.abs(expected).max()
+        np.testing.assert_allclose(found[inside], expected[inside], atol=room)
+
+
+EXTREMES = {
+    "theta_i": (0.0, 1.0, GRAZING, HALF_PI, -HALF_PI),
+    "h": (-1.0, -0.5, 0.0, 0.999999, 1.0),
+    "eta": (1.0, 1.0 + 1e-6, 1.55, 3.0),
+    "beta": (1e-4, 0.01, 1.0, 30.0),
+    "sigma_a": (0.0, 1e-8, 1e3),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_extremes_are_finite_in_values_and_derivatives(dtype):
+    rows = np.array(list(product(*EXTREMES.values())), dtype)
+    u = jnp.asarray([0.3, 0.6, 0.2, 0.45], dtype)
+
+    def numbers(row):
+        theta_i, h, eta, beta, sigma_a = row
+        of = fj.Fiber(eta, beta, beta, 0.03, sigma_a)
+        drawn = nearfield.sample(of, theta_i, h, u)
+        at = theta_i, drawn.theta_o, drawn.phi, h
+        value, density = nearfield.evaluate(of, *at), nearfield.pdf(of, *at)
+        return jnp.stack([value, density, drawn.weight, drawn.theta_o, drawn.phi])
+
+    each = jax.jit(jax.vmap(lambda row: (numbers(row), jax.jacrev(numbers)(row))))
+    for found in each(rows):
+        assert found.dtype == dtype
+        assert np.isfinite(found).all()
+    values, _ = each(rows)
+    assert (np.asarray(values)[:, :3] >= 0).all()
+
+
+def test_no_light_left():
+    """A ray of p >= 1 at grazing in a black fiber: lobes are equally likely."""
+    of = fiber(0.3, 1e30)
+    u = uniforms(1, 1000, 4)
+    drawn = nearfield.sample(of, 0.3, 0.2, u, lobes=(1, 2), rest=False)
+    assert (np.asarray(drawn.weight) == 0).all()
+    assert np.bincount(np.asarray(drawn.p))[1:] == pytest.approx([500, 500], abs=80)
+
+
+def gradients(f, mode, theta_i, h, u):
+    def mean(of):
+        drawn = nearfield.sample(of, theta_i, h, u, gradient=mode)
+        return (drawn.weight * f(drawn.theta_o, drawn.phi)).mean()
+
+    return jax.grad(mean)(fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3))
+
+
+@pytest.mark.parametrize("mode", ["reparameterized", "detached"])
+def test_gradients_of_estimators(mode):
+    of, theta_i, h = fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3), 0.5, 0.3
+
+    def f(theta_o, phi):
+        return jnp.cos(theta_o + 0.3) ** 2 * (1.5 + jnp.cos(phi - 1))
+
+    theta_o, phi, weight = sphere(of, theta_i, h)
+
+    def exact(of):
+        value = nearfield.evaluate(of, theta_i, theta_o, phi, h)
+        return (weight * value * f(theta_o, phi)).sum()
+
+    expected, batches = jax.grad(exact)(of), []
+    for seed in range(16):
+        batches.append(gradients(f, mode, theta_i, h, uniforms(seed, 20_000, 4)))
+    for name in FIELDS:
+        each = np.array([getattr(one, name) for one in batches])
+        error = each.std(ddof=1) / np.sqrt(len(each))
+        assert abs(each.mean() - getattr(expected, name)) < 5 * error
+        assert error < 0.1 * (1e-3 + abs(getattr(expected, name)))
+
+
+def vectors(theta, phi):
+    return np.stack(
+        [np.sin(theta), np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi)], -1
+    )
+
+
+def test_directions_are_angles():
+    theta_i, theta_o, phi, h = angles(6, 500)
+    turn = np.linspace(-3, 3, 500)
+    omega = vectors(theta_i, turn), vectors(theta_o, turn + phi)
+    for name in ("evaluate", "pdf"):
+        by_angles = getattr(nearfield, name)(HAIR, theta_i, theta_o, phi, h)
+        found = getattr(directions, name)(HAIR, *omega, h)
+        np.testing.assert_allclose(found, by_angles, rtol=1e-11)
+    u = uniforms(2, 500, 4)
+    drawn = nearfield.sample(HAIR, theta_i, h, u)
+    found = directions.sample(HAIR, omega[0], h, u)
+    expected = vectors(np.asarray(drawn.theta_o), drawn.phi + turn)
+    np.testing.assert_allclose(found.omega_o, expected, atol=1e-14)
+    np.testing.assert_allclose(found.weight, drawn.weight, rtol=1e-10)
+    assert (found.p == drawn.p).all()
+    np.testing.assert_allclose(jnp.linalg.norm(found.omega_o, axis=-1), 1, rtol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_directions_along_the_tangent(dtype):
+    """Finite, and so are the derivatives."""
+    tangent, across = np.eye(3, dtype=dtype)[:2]
+
+    def numbers(omega_i, omega_o):
+        value = directions.evaluate(HAIR, omega_i, omega_o, dtype(0.3))
+        u = jnp.asarray([0.4, 0.3, 0.2, 0.6], dtype)
+        drawn = directions.sample(HAIR, omega_i, dtype(0.3), u)
+        return value.sum(), drawn.omega_o.sum()
+
+    for pair in product((tangent, -tangent, across), repeat=2):
+        found = numbers(*pair), jax.jacrev(numbers, (0, 1))(*pair)
+        assert all(np.isfinite(x).all() for x in jax.tree.leaves(found))
+
+
+def pbrt_M(cos_i, cos_o, sin_i, sin_o, v):
+    """Mp of pbrt's hair.cpp, a number at a time."""
+    a, b = cos_i * cos_o / v, sin_i * sin_o / v
+
+    def i0(x):
+        return sum(x ** (2 * i) / (4**i * special.factorial(i) ** 2) for i in range(10))
+
+    def log_i0(x):
+        if x > 12:
+            return x + 0.5 * (-np.log(2 * np.pi) + np.log(1 / x) + 1 / (8 * x))
+        return np.log(i0(x))
+
+    if v <= 0.1:
+        return np.exp(log_i0(a) - b - 1 / v + 0.6931 + np.log(1 / (2 * v)))
+    return np.exp(-b) * i0(a) / (np.sinh(1 / v) * 2 * v)
+
+
+def test_compat_is_what_renderers_compute():
+    theta_i, theta_o, phi, h = angles(8, 300)
+    for beta in (0.05, 0.3, 0.35, 1.0):
+        of = fiber(beta, 0.4, None)
+        A, _, widths, turns = parts(of, theta_i, h)
+        density = [fj.trimmed_logistic(phi - t, SCALE * of.beta_n) for t in turns]
+        density.append(np.full(300, 1 / (2 * np.pi)))
+        expected = np.zeros(300)
+        for a, b, D in zip(A, widths, density, strict=True):
+            trig = (np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o))
+            M = [pbrt_M(*x, b * b) for x in zip(*trig, strict=True)]
+            expected += a[:, 0] * M * np.asarray(D)
+        found = nearfield.evaluate(of, theta_i, theta_o, phi, h, compat="pbrt")
+        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-280)
+
+
+def test_the_error_of_renderers():
+    """2 % where log I0 passes to its other form."""
+    of, theta = fiber(0.28, 0.0, None), np.linspace(-1.4, 1.4, 400)
+    choices = {"lobes": (0,), "rest": False}
+    exact, theirs = (
+        np.asarray(nearfield.evaluate(of, theta, -theta, 0.3, 0.1, compat=c, **choices))
+        for c in (None, "pbrt")
+    )
+    worst = np.abs(theirs / exact - 1).max()
+    assert 0.015 < worst < 0.0202
+
+
+def test_derivatives_of_compat_are_finite():
+    for beta, dtype in product((1e-3, 0.05, 0.4, 3.0), (np.float32, np.float64)):
+        of = fiber(beta, 0.3)
+        at = [dtype(x) for x in (0.4, -0.35, 0.2, 0.1)]
+        evaluate = partial(nearfield.evaluate, compat="pbrt")
+        found = jax.grad(evaluate, (0, 1, 2, 3, 4))(of, *at)
+        assert all(np.isfinite(x).all() for x in jax.tree.leaves(found))
+
+
+def test_shapes_and_errors():
+    at = np.zeros((5, 1)), np.zeros(4), 0.3, 0.1
+    assert nearfield.evaluate(HAIR, *at).shape == (5, 4, 3)
+    assert nearfield.pdf(HAIR, *at).shape == (5, 4)
+    drawn = nearfield.sample(HAIR, at[0], 0.2, np.full((4, 4), 0.5))
+    assert drawn.theta_o.shape == drawn.phi.shape == drawn.p.shape == (5, 4)
+    assert drawn.weight.shape == (5, 4, 3)
+    for call, message in (
+        (
+            partial(nearfield.evaluate, HAIR, *at, compat="mitsuba"),
+            "compat = 'mitsuba'",
+        ),
+        (partial(nearfield.evaluate, HAIR, *at, detector="box"), "detector = 'box'"),
+        (partial(nearfield.sample, HAIR, 0.1, 0.2, np.zeros(5)), "u has shape"),
+        (
+            partial(nearfield.sample, HAIR, 0.1, 0.2, np.zeros(4), gradient="both"),
+            "gradient = 'both'",
+        ),
+        (partial(directions.evaluate, HAIR, np.zeros(2), np.zeros(3), 0.1), "omega_i"),
+        (
+            partial(directions.sample, HAIR, np.zeros(3), 0.1, np.zeros(3)),
+            "u has shape",
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
+
+
+def test_all_choices_of_compat_have_an_M():
+    assert tuple(entering.LONGITUDINAL) == (None, "pbrt")
