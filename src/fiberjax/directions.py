@@ -5,6 +5,7 @@ cos phi, cos theta sin phi). No angle is computed but phi. See `fiberjax.nearfie
 the model, its static choices and its errors.
 """
 
+from itertools import chain
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -12,9 +13,11 @@ from jaxtyping import Array, Int
 
 from fiberjax import entering, numerics
 from fiberjax._types import Floats, Reals, choice, last_axis
+from fiberjax.circular import sin_cos
 from fiberjax.fiber import Fiber
 from fiberjax.nearfield import Lobes, near_model, prepare
 from fiberjax.sampling import GRADIENTS
+from fiberjax.section import stacked
 from fiberjax.spherical import Inclination
 
 
@@ -30,24 +33,42 @@ class DirectionSample(NamedTuple):
     p: Int[Array, "..."]
 
 
-def _across(omega: Floats) -> Inclination:
-    y, z = omega[..., 1], omega[..., 2]
-    return Inclination(omega[..., 0], numerics.sqrt(y * y + z * z))
+def _inclination(x: Floats, y: Floats, z: Floats) -> Inclination:
+    return Inclination(x, numerics.sqrt(y * y + z * z))
 
 
-def _azimuth(omega_i: Floats, omega_o: Floats) -> Floats:
-    """phi_o - phi_i; 0 where a direction lies along the tangent."""
-    (yi, zi), (yo, zo) = ((w[..., 1], w[..., 2]) for w in (omega_i, omega_o))
+def _seen(*components: Floats) -> entering.Seen:
+    """phi is 0 where a direction lies along the tangent."""
+    given, out = components[:3], components[3:]
+    (_, yi, zi), (_, yo, zo) = given, out
     across, along = yi * zo - zi * yo, yi * yo + zi * zo
-    defined = (across != 0) | (along != 0)
-    return jnp.atan2(jnp.where(defined, across, 0), jnp.where(defined, along, 1))
+    size = numerics.sqrt(across * across + along * along)
+    defined = size > 0
+    # In the half plane where an acute angle will do.
+    acute = numerics.acute_angle(
+        jnp.where(defined, across, 0),
+        jnp.where(defined, jnp.abs(along), 1),
+        jnp.where(defined, size, 1),
+    )
+    half = jnp.where(across < 0, -jnp.pi, jnp.pi)
+    phi = jnp.where(along < 0, half - acute, acute)
+    return entering.Seen(_inclination(*given), _inclination(*out), phi)
 
 
-def _vectors(fiber: Fiber, omega_i, omega_o, h):
+def _shown(out: Inclination, phi: Floats, x, y: Floats, z: Floats) -> list[Floats]:
+    """The components of what was drawn: phi is from the given direction's azimuth."""
+    cos_i = numerics.sqrt(y * y + z * z)
+    y = numerics.quotient(y, cos_i, otherwise=1.0)
+    z = numerics.quotient(z, cos_i, otherwise=0.0)
+    sin, cos = sin_cos(phi)
+    return [out.sin, out.cos * (y * cos - z * sin), out.cos * (y * sin + z * cos)]
+
+
+def _components(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, tuple, Floats]:
     last_axis(3, omega_i=omega_i, omega_o=omega_o)
     fiber, (omega_i, omega_o, h) = prepare(fiber, (omega_i, omega_o), (h,))
-    where = _across(omega_i), _across(omega_o), _azimuth(omega_i, omega_o), h
-    return fiber, where
+    split = map(entering.unstacked, (omega_i, omega_o))
+    return fiber, tuple(chain(*split)), h
 
 
 def evaluate(
@@ -78,8 +99,8 @@ def evaluate(
             `nearfield.evaluate`.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where = _vectors(fiber, omega_i, omega_o, h)
-    return entering.evaluate(model, compat, fiber, *where)
+    fiber, where, h = _components(fiber, omega_i, omega_o, h)
+    return entering.evaluate(model, compat, _seen, fiber, where, h)
 
 
 def pdf(
@@ -99,8 +120,8 @@ def pdf(
         Density per steradian, no color axis.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where = _vectors(fiber, omega_i, omega_o, h)
-    return entering.pdf(model, compat, fiber, *where)
+    fiber, where, h = _components(fiber, omega_i, omega_o, h)
+    return entering.pdf(model, compat, _seen, fiber, where, h)
 
 
 def sample(
@@ -132,14 +153,8 @@ def sample(
     last_axis(3, omega_i=omega_i)
     last_axis(4, u=u)
     fiber, (omega_i, h, u) = prepare(fiber, (omega_i,), (h, u))
-    given = _across(omega_i)
-    out, phi, weight, p = entering.sample(model, compat, gradient, fiber, given, h, u)
-    # The given direction's azimuth as a rotation: phi is from it.
-    safe = given.cos > 0
-    over = 1 / jnp.where(safe, given.cos, 1)
-    y = jnp.where(safe, omega_i[..., 1] * over, 1)
-    z = omega_i[..., 2] * over
-    cos, sin = jnp.cos(phi), jnp.sin(phi)
-    across = y * cos - z * sin, y * sin + z * cos
-    sides = jnp.broadcast_arrays(out.sin, *(out.cos * x for x in across))
-    return DirectionSample(jnp.stack(sides, -1), weight, p)
+    where = entering.unstacked(omega_i)
+    found, weight, p = entering.sample(
+        model, compat, gradient, _inclination, _shown, fiber, where, h, u
+    )
+    return DirectionSample(stacked(found), weight, p)

@@ -92,30 +92,48 @@ def _densities(
     return found
 
 
-def _sum(left: list[Light], factors: Sequence[Floats], fiber: Fiber) -> Floats:
-    """What is left of each part times its factor, added, colors last."""
+def _sum(left: list[Light], factors: Sequence[Floats]) -> list[Floats]:
+    """What is left of each part times its factor, added, for each color."""
     each = [light.times(x) for light, x in zip(left, factors, strict=True)]
-    colors = [reduce(jnp.add, one) for one in zip(*each, strict=True)]
-    return drop_color(stacked(colors), fiber.sigma_a)
+    return [reduce(jnp.add, one) for one in zip(*each, strict=True)]
 
 
 def _mixture(probability: Sequence[Floats], densities: Sequence[Floats]) -> Floats:
     return reduce(jnp.add, map(jnp.multiply, probability, densities))
 
 
-@partial(jax.jit, static_argnames=("model", "compat"))
-def evaluate(model: Model, compat, fiber: Fiber, given, out, phi, h) -> Floats:
-    """The sum over parts of A_p M_p D."""
-    one = _entering(model, fiber, given, h)
-    return _sum(one.left, _densities(model, compat, one, out, phi), fiber)
+class Seen(NamedTuple):
+    """Two directions: their inclinations and the azimuth between them."""
+
+    given: Inclination
+    out: Inclination
+    phi: Floats
 
 
-@partial(jax.jit, static_argnames=("model", "compat"))
-def pdf(model: Model, compat, fiber: Fiber, given, out, phi, h) -> Floats:
+@partial(jax.jit, static_argnames=("model", "compat", "seen"))
+def evaluate(model: Model, compat, seen, fiber: Fiber, where, h) -> Floats:
+    """The sum over parts of A_p M_p D; `seen` makes a `Seen` of `where`."""
+
+    def value(where, h):
+        given, out, phi = seen(*where)
+        one = _entering(model, fiber, given, h)
+        return _sum(one.left, _densities(model, compat, one, out, phi))
+
+    colors = numerics.in_blocks(value, where, h)
+    return drop_color(stacked(colors), fiber.sigma_a)
+
+
+@partial(jax.jit, static_argnames=("model", "compat", "seen"))
+def pdf(model: Model, compat, seen, fiber: Fiber, where, h) -> Floats:
     """The same with the probabilities of the parts in place of A_p."""
-    one = _entering(model, fiber, given, h)
-    probability, _ = one.portions()
-    return _mixture(probability, _densities(model, compat, one, out, phi))
+
+    def value(where, h):
+        given, out, phi = seen(*where)
+        one = _entering(model, fiber, given, h)
+        probability, _ = one.portions()
+        return _mixture(probability, _densities(model, compat, one, out, phi))
+
+    return numerics.in_blocks(value, where, h)
 
 
 def _pick(probability: Sequence[Floats], u: Floats) -> Any:
@@ -134,24 +152,42 @@ def _chosen(values: Sequence[Any], index: Any) -> Any:
     return found
 
 
-@partial(jax.jit, static_argnames=("model", "compat", "gradient"))
-def sample(model: Model, compat, gradient, fiber: Fiber, given, h, u):
-    """An inclination and phi drawn from `pdf`, evaluate/pdf there, and the part.
+@partial(jax.jit, static_argnames=("model", "compat", "gradient", "seen", "shown"))
+def sample(model: Model, compat, gradient, seen, shown, fiber: Fiber, where, h, u):
+    """A direction drawn from `pdf`, evaluate/pdf there, and the part.
 
-    The probabilities of the parts are held fixed. Then the derivative of the estimate
-    is unbiased: sum_p w_p int f(x) (S/sum_q w_q q_q)(x) q_p(x) dx is int f S dx for any
-    w. With positions held as well, so is that with the whole density.
+    `seen` makes an inclination of `where`, and `shown` what is returned of that drawn,
+    phi and `where`. The probabilities of the parts are held fixed. Then the derivative
+    of the estimate is unbiased: sum_p w_p int f (S/sum_q w_q q_q) q_p dx is int f S dx
+    for any w. With positions held as well, so is that with the whole density.
     """
+
+    def drawn(where, h, u):
+        given = seen(*where)
+        out, phi, colors, p = _drawn(model, compat, gradient, fiber, given, h, u)
+        return shown(out, phi, *where), colors, p
+
+    found, colors, p = numerics.in_blocks(drawn, where, h, unstacked(u))
+    return found, drop_color(stacked(colors), fiber.sigma_a), p
+
+
+def unstacked(x: Floats) -> tuple[Floats, ...]:
+    """The entries of a last axis."""
+    return tuple(x[..., k] for k in range(x.shape[-1]))
+
+
+def _drawn(model: Model, compat, gradient, fiber: Fiber, given, h, u):
     one = _entering(model, fiber, given, h)
     probability, alive = jax.lax.stop_gradient(one.portions())
-    index = _pick(probability, u[..., 0])
+    index = _pick(probability, u[0])
     cone = _chosen([one.cone(k) for k in range(len(model.parts))], index)
     beta_m = _chosen([s.beta_m for s in one.shapes], index)
     beta_n = _chosen([s.beta_n for s in one.shapes], index)
-    out = sample_around(cone, beta_m, u[..., 1], u[..., 2])
+    out = sample_around(cone, beta_m, u[1], u[2])
 
-    p, v = jnp.asarray(model.parts)[index], open_unit(u[..., 3])
-    turn = p.astype(u.dtype) * (2 * refraction(one.offset, one.section) + jnp.pi)
+    parts = [jnp.full_like(index, part) for part in model.parts]
+    p, v = _chosen(parts, index), open_unit(u[3])
+    turn = p.astype(v.dtype) * (2 * refraction(one.offset, one.section) + jnp.pi)
     deviate = DETECTORS[model.detector].quantile(v, beta_n)
     phi = wrap(turn - 2 * one.offset.gamma + deviate)
     phi = jnp.where(p == model.tail, TURN * (v - 0.5), phi)
@@ -163,6 +199,6 @@ def sample(model: Model, compat, gradient, fiber: Fiber, given, h, u):
     density = _mixture(probability, found)
     density = jax.lax.stop_gradient(density) if detached else density
     kept = [jnp.where(alive, x / density, 0) for x in found]
-    shape = jnp.broadcast_shapes(given.sin.shape, h.shape, u.shape[:-1])
+    shape = jnp.broadcast_shapes(given.sin.shape, h.shape, v.shape)
     out = jax.tree.map(lambda x: jnp.broadcast_to(x, shape), out)
-    return out, phi, _sum(one.left, kept, fiber), jnp.broadcast_to(p, shape)
+    return out, phi, _sum(one.left, kept), jnp.broadcast_to(p, shape)

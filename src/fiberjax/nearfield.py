@@ -22,13 +22,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from fiberjax import entering
+from fiberjax import entering, numerics
 from fiberjax._types import Floats, Reals, choice, floats, last_axis
 from fiberjax.auto import DEFAULT
 from fiberjax.fiber import Fiber, cast
 from fiberjax.model import Model
 from fiberjax.sampling import GRADIENTS, Sample
-from fiberjax.spherical import inclination
+from fiberjax.spherical import Inclination
 
 Lobes = tuple[int, ...]
 
@@ -46,10 +46,16 @@ def prepare(fiber: Fiber, leading: tuple, others: tuple) -> tuple[Fiber, list[Fl
     return cast(fiber, arrays[0].dtype), arrays
 
 
-def _angles(fiber: Fiber, theta_i, theta_o, phi, h) -> tuple[Fiber, tuple]:
-    fiber, arrays = prepare(fiber, (theta_i, theta_o, phi), (h,))
-    theta_i, theta_o, phi, h = arrays
-    return fiber, (inclination(theta_i), inclination(theta_o), phi, h)
+def _inclination(theta: Floats) -> Inclination:
+    return Inclination(*numerics.sin_cos(theta))
+
+
+def _seen(theta_i: Floats, theta_o: Floats, phi: Floats) -> entering.Seen:
+    return entering.Seen(_inclination(theta_i), _inclination(theta_o), phi)
+
+
+def _shown(out: Inclination, phi: Floats, *_: Floats) -> tuple[Floats, Floats]:
+    return numerics.acute_angle(*out, jnp.ones_like(phi)), phi
 
 
 def evaluate(
@@ -91,8 +97,8 @@ def evaluate(
     gamma_i = acos(n . omega) loses the sign of h.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where = _angles(fiber, theta_i, theta_o, phi, h)
-    return entering.evaluate(model, compat, fiber, *where)
+    fiber, (*where, h) = prepare(fiber, (theta_i, theta_o, phi), (h,))
+    return entering.evaluate(model, compat, _seen, fiber, where, h)
 
 
 def pdf(
@@ -125,8 +131,8 @@ def pdf(
     Reference: Chiang et al. 2016.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where = _angles(fiber, theta_i, theta_o, phi, h)
-    return entering.pdf(model, compat, fiber, *where)
+    fiber, (*where, h) = prepare(fiber, (theta_i, theta_o, phi), (h,))
+    return entering.pdf(model, compat, _seen, fiber, where, h)
 
 
 def sample(
@@ -171,6 +177,7 @@ def sample(
     choice("gradient", gradient, GRADIENTS)
     last_axis(4, u=u)
     fiber, (theta_i, h, u) = prepare(fiber, (theta_i,), (h, u))
-    given = inclination(theta_i)
-    out, phi, weight, p = entering.sample(model, compat, gradient, fiber, given, h, u)
-    return Sample(jnp.atan2(*out), phi, weight, p)
+    (theta_o, phi), weight, p = entering.sample(
+        model, compat, gradient, _inclination, _shown, fiber, [theta_i], h, u
+    )
+    return Sample(theta_o, phi, weight, p)

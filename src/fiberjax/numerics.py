@@ -6,7 +6,7 @@ before the singular operation, so that no NaN enters a gradient.
 
 from collections.abc import Callable, Sequence
 from functools import cache, partial
-from math import factorial
+from math import factorial, prod
 from typing import Any
 
 import jax
@@ -15,6 +15,8 @@ import numpy as np
 from jaxtyping import Array
 
 from fiberjax._types import Floats
+
+_BLOCK = 4096
 
 
 def sqrt(x: Floats) -> Floats:
@@ -83,6 +85,52 @@ def decay(x: Floats) -> Floats:
 def _decay_jvp(primals, tangents):
     value = decay(*primals)
     return value, value * tangents[0]
+
+
+@jax.custom_jvp
+def absorption(x: Floats) -> tuple[Floats, Floats]:
+    """exp(-x) and 1 - exp(-x) for x >= 0, each to its own last digits.
+
+    Below 1/2 the second is a Taylor series: XLA's expm1 takes longer on CPUs.
+    """
+    left = decay(-x)
+    small = x < 0.5
+    y = jnp.where(small, x, 0)
+    terms = 8 if jnp.finfo(x.dtype).bits <= 32 else 15
+    series = y * power_series([1 / factorial(k) for k in range(1, terms + 1)], -y)
+    return left, jnp.where(small, series, 1 - left)
+
+
+@absorption.defjvp
+def _absorption_jvp(primals, tangents):
+    (left, lost), (dx,) = absorption(*primals), tangents
+    return (left, lost), (-left * dx, left * dx)
+
+
+def in_blocks(f: Callable, *arrays: Any) -> Any:
+    """f of arrays that broadcast, element by element, a block at a time.
+
+    What is computed on the way stays in a processor's cache, and the reverse pass keeps
+    no more of it than a block.
+    """
+    shape = jnp.broadcast_shapes(*(x.shape for x in jax.tree.leaves(arrays)))
+    count = prod(shape)
+    if count <= _BLOCK:
+        return f(*arrays)
+    blocks = -(-count // _BLOCK)
+
+    def split(x):
+        flat = jnp.broadcast_to(x, shape).ravel()
+        padded = jnp.pad(flat, (0, blocks * _BLOCK - count), mode="edge")
+        return padded.reshape(blocks, _BLOCK)
+
+    def joined(x):
+        return x.reshape(blocks * _BLOCK, *x.shape[2:])[:count].reshape(
+            *shape, *x.shape[2:]
+        )
+
+    each = jax.checkpoint(lambda block: f(*block), prevent_cse=False)
+    return jax.tree.map(joined, jax.lax.map(each, jax.tree.map(split, arrays)))
 
 
 def clenshaw(coefficients: Sequence[Any], x: Floats) -> tuple[Floats, Floats]:

@@ -145,9 +145,7 @@ def ray(offset: Offset, section: Section) -> Ray:
     where = offset.sin, offset.cos, section.cos, section.k, section.eta
     length = numerics.stored(lambda: _segment(*where), section.k)
     depths = [sigma_a * length for sigma_a in jnp.atleast_1d(section.sigma_a)]
-    T, absorbed = zip(
-        *((numerics.decay(-x), -jnp.expm1(-x)) for x in depths), strict=True
-    )
+    T, absorbed = zip(*map(numerics.absorption, depths), strict=True)
     return Ray(surface, T, absorbed)
 
 

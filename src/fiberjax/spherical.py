@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from fiberjax import bessel, numerics
 from fiberjax._types import Floats, Reals, floats, last_axis
+from fiberjax.circular import sin_cos
 
 
 class Inclination(NamedTuple):
@@ -170,10 +171,10 @@ def sample_around(
     )
     w = jnp.minimum(v * depth, 2)  # 1 - cosine of the angle off the cone
     s = beta * numerics.sqrt(depth * (2 - w))
-    psi = 2 * jnp.pi * u1
-    along = (1 - w) * cone.sin + s * jnp.cos(psi) * cone.cos
-    out = (1 - w) * cone.cos - s * jnp.cos(psi) * cone.sin
-    across = s * jnp.sin(psi)
+    sin, cos = sin_cos(2 * jnp.pi * u1)
+    along = (1 - w) * cone.sin + s * cos * cone.cos
+    out = (1 - w) * cone.cos - s * cos * cone.sin
+    across = s * sin
     return Inclination(along, numerics.sqrt(out * out + across * across))
 
 
