@@ -77,10 +77,9 @@ def _entering(model: Model, fiber: Fiber, given: Inclination, h: Floats) -> Ente
     return Entering(given, offset, section, left, shapes)
 
 
-def _densities(
+def _each_density(
     model: Model, compat, one: Entering, out: Inclination, phi: Floats
 ) -> list[Floats]:
-    """M D of each part."""
     seen, found = DETECTORS[model.detector], []
     for k, (part, shape) in enumerate(zip(model.parts, one.shapes, strict=True)):
         along = LONGITUDINAL[compat](one.cone(k), out, shape.beta_m**2)
@@ -90,6 +89,15 @@ def _densities(
         away = phi - part * jnp.pi - deflection(part, one.offset, one.section)
         found.append(along * seen.density(away, shape.beta_n))
     return found
+
+
+def _densities(
+    model: Model, compat, one: Entering, out: Inclination, phi: Floats
+) -> list[Floats]:
+    """M D of each part, which no color is to compute anew."""
+    return numerics.stored(
+        lambda: _each_density(model, compat, one, out, phi), one.offset.sin
+    )
 
 
 def _sum(left: list[Light], factors: Sequence[Floats]) -> list[Floats]:

@@ -71,8 +71,12 @@ class Light(NamedTuple):
 
 
 def stacked(colors: Sequence[Floats]) -> Floats:
-    """All colors along a last axis."""
-    return jnp.stack(jnp.broadcast_arrays(*colors), -1)
+    """All colors along a last axis.
+
+    Stacked along a first one, which is then moved: XLA interleaves at a tenth of that
+    speed on CPUs.
+    """
+    return jnp.moveaxis(jnp.stack(jnp.broadcast_arrays(*colors)), 0, -1)
 
 
 def colorless(share: Floats) -> Light:
