@@ -51,12 +51,6 @@ def hair():
 
 
 @partial(jax.jit, static_argnums=0)
-def blocks(f, of, *at):
-    """f of all places, by blocks that stay in the caches."""
-    return jax.lax.map(lambda x: f(of, *x), at)
-
-
-@partial(jax.jit, static_argnums=0)
 def gradient(f, of, *at):
     """Derivatives of the sum of all values in the fiber's numbers.
 
@@ -78,15 +72,12 @@ def ours(by_angles, by_vectors):
         ("vectors", directions, by_vectors),
         ("angles", nearfield, by_angles),
     ):
-        cut = [
-            jnp.asarray(x).reshape(-1, BLOCK, *x.shape[1:]) for x in (*given, *out, u)
-        ]
-        # theta_i or omega_i first, h last before u.
-        *at, h, numbers = cut
+        *at, h, numbers = (jnp.asarray(x) for x in (*given, *out, u))
         for work, f in (("eval", module.evaluate), ("pdf", module.pdf)):
-            found[work, form] = partial(blocks, f, of, *at, h)
-        found["sample", form] = partial(blocks, module.sample, of, at[0], h, numbers)
-        found["gradient", form] = partial(gradient, module.evaluate, of, *at, h)
+            found[work, form] = partial(f, of, *at, h)
+        found["sample", form] = partial(module.sample, of, at[0], h, numbers)
+        cut = [x.reshape(-1, BLOCK, *x.shape[1:]) for x in (*at, h)]
+        found["gradient", form] = partial(gradient, module.evaluate, of, *cut)
     return found
 
 
