@@ -29,7 +29,8 @@ RENDERERS = {"pbrt": (PBRT, VERMILION), "mitsuba": (MITSUBA, BLUE)}
 X = np.geomspace(0.3, 1000, 1201)
 V_OF_X = 1e-3
 V = np.geomspace(1e-6, 1, 97)
-THETA = np.linspace(0, np.pi / 2, 4001, dtype=np.float32)[:-1]
+# Dense near the pole, where x is 12 if v is small.
+THETA = (np.pi / 2 - np.geomspace(1e-4, np.pi / 2, 4001)).astype(np.float32)
 HEADER = "renderer", "dtype", "over", "v", "x", "error"
 
 
@@ -94,7 +95,7 @@ def draw():
     v, _, error = curve(rows, "mitsuba", "float64", "v")
     right.plot(v, error, label="mitsuba, float64", color=BLUE, ls="--")
     right.set(xscale="log", xlabel=r"variance $v=\beta^2$, rad$^2$")
-    right.legend(loc="upper right")
+    right.legend(loc="lower left")
     title(right, "b", "the largest at the peak, over theta")
     cells = [(*r[:3], f"{r[3]:.6g}", f"{r[4]:.6g}", f"{r[5]:.4e}") for r in rows]
     return Drawing(fig, "Error of M in renderers", Table(HEADER, cells))
