@@ -463,6 +463,13 @@ def test_nearfield_speed_has_every_work():
         assert float(row["ratio_to_mitsuba"]) == pytest.approx(
             ratio, rel=2e-3, nan_ok=True
         )
+    text = " ".join((FIGURES.parent / "README.md").read_text().split())
+    for form in ("vectors", "angles"):
+        ratios = [
+            float(row["ratio_to_mitsuba"]) for row in table if row["form"] == form
+        ]
+        shown = ", ".join(f"{x:.2g}" for x in ratios)
+        assert f"{shown} by {form}" in text
 
 
 @pytest.mark.parametrize("name", PNGS)
