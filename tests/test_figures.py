@@ -14,17 +14,20 @@ import numpy as np
 import pytest
 from PIL import Image
 from PIL.PngImagePlugin import PngImageFile
+from scipy import special
 
 import fiberjax
 
 FIGURES = Path(__file__).parents[1] / "figures"
 sys.path.insert(0, str(FIGURES))
 NAMES = (
+    "bessel",
     "error_vs_time",
     "fits",
     "fits_against_lobes",
     "furnace",
     "lobes",
+    "nearfield_speed",
     "nodes",
     "realtime",
     "speed",
@@ -36,8 +39,10 @@ OF_REALTIME = ("realtime_front", "realtime_furnace")
 SVGS = (*(name for name in NAMES if name != "realtime"), *OF_REALTIME)
 PNGS = ("realtime_slides", "swatch")
 TABLES = (
+    "bessel",
     "error_vs_time",
     "furnace",
+    "nearfield_speed",
     "nodes",
     *OF_REALTIME,
     "realtime_slides",
@@ -45,13 +50,19 @@ TABLES = (
     "stability",
     "variance",
 )
-# Times differ from run to run, and one takes minutes and has tests of its own.
-REPRODUCIBLE = tuple(
-    name
-    for name in NAMES
-    if name
-    not in ("error_vs_time", "nodes", "realtime", "speed", "stability", "variance")
+# Times differ from run to run, rounding from machine to machine, and one takes minutes
+# and has tests of its own.
+CHANGING = (
+    "bessel",
+    "error_vs_time",
+    "nearfield_speed",
+    "nodes",
+    "realtime",
+    "speed",
+    "stability",
+    "variance",
 )
+REPRODUCIBLE = tuple(name for name in NAMES if name not in CHANGING)
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 # Names that hash what they name, down to its last bit.
 HASH = re.compile(r'(?<=["#])[a-z][0-9a-f]{10}(?=[")])')
@@ -414,6 +425,51 @@ def test_speed_has_every_work():
         assert float(row["ratio"]) == pytest.approx(ratio, rel=2e-3)
         if row["setting"] == "N":
             assert float(row["ns"]) < 3e9
+
+
+def test_the_error_of_renderers_is_that_of_their_series():
+    """What the table has in float64, again with scipy's I0."""
+    table = rows(FIGURES / "bessel.csv")
+    bessel = script("bessel")
+    for name, (terms, _) in bessel.RENDERERS.items():
+        at = [r for r in table if r["renderer"] == name and r["over"] == "x"]
+        x, error = (np.array([float(r[k]) for r in at]) for k in ("x", "error"))
+        k = np.arange(terms)
+        series = (x[:, None] / 2) ** (2 * k) / special.factorial(k) ** 2
+        far = np.exp((np.log(1 / (2 * np.pi * x)) + 1 / (8 * x)) / 2)
+        found = np.where(x > 12, far, series.sum(1) * np.exp(-x))
+        # Renderers have 0.6931 for log 2.
+        exact = found / special.i0e(x) * np.exp(0.6931) / 2
+        np.testing.assert_allclose(error, np.abs(exact - 1), rtol=1e-3, atol=1e-9)
+        worst = max(
+            float(r["error"])
+            for r in table
+            if r["dtype"] == "float64" and r["renderer"] == name
+        )
+        shown = {"pbrt": "2.0 %", "mitsuba": "0.58 %"}[name]
+        assert f"{100 * worst:.2g} %" == shown.replace("2.0", "2")
+        assert shown in (FIGURES.parent / "README.md").read_text()
+
+
+def test_nearfield_speed_has_every_work():
+    table = rows(FIGURES / "nearfield_speed.csv")
+    speed = script("nearfield_speed")
+    found = {(row["work"], row["form"]): float(row["M_per_s"]) for row in table}
+    assert {work for work, _ in found} == set(speed.WORKS)
+    assert {"vectors", "angles"} <= {form for _, form in found}
+    for row in table:
+        theirs = found.get((row["work"], "Mitsuba"), np.nan)
+        ratio = found[row["work"], row["form"]] / theirs
+        assert float(row["ratio_to_mitsuba"]) == pytest.approx(
+            ratio, rel=2e-3, nan_ok=True
+        )
+    text = " ".join((FIGURES.parent / "README.md").read_text().split())
+    for form in ("vectors", "angles"):
+        ratios = [
+            float(row["ratio_to_mitsuba"]) for row in table if row["form"] == form
+        ]
+        shown = ", ".join(f"{x:.2g}" for x in ratios)
+        assert f"{shown} by {form}" in text
 
 
 @pytest.mark.parametrize("name", PNGS)

@@ -512,8 +512,8 @@ def test_shapes_and_errors():
     assert drawn.weight.shape == (5, 4, 3)
     for call, message in (
         (
-            partial(nearfield.evaluate, HAIR, *at, compat="mitsuba"),
-            "compat = 'mitsuba'",
+            partial(nearfield.evaluate, HAIR, *at, compat="cycles"),
+            "compat = 'cycles'",
         ),
         (partial(nearfield.evaluate, HAIR, *at, detector="box"), "detector = 'box'"),
         (partial(nearfield.sample, HAIR, 0.1, 0.2, np.zeros(5)), "u has shape"),
@@ -532,4 +532,4 @@ def test_shapes_and_errors():
 
 
 def test_all_choices_of_compat_have_an_M():
-    assert tuple(entering.LONGITUDINAL) == (None, "pbrt")
+    assert tuple(entering.LONGITUDINAL) == (None, "pbrt", "mitsuba")

@@ -15,7 +15,7 @@ from fiberjax import numerics
 from fiberjax._types import Floats
 from fiberjax.azimuthal import drop_color
 from fiberjax.circular import TURN, wrap
-from fiberjax.compat import M_renderers
+from fiberjax.compat import MITSUBA, PBRT, M_renderers
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, LobeShape
 from fiberjax.model import Model, portions, positive
@@ -38,7 +38,11 @@ from fiberjax.spherical import (
     turned,
 )
 
-LONGITUDINAL = {None: M_around, "pbrt": M_renderers}
+LONGITUDINAL = {
+    None: M_around,
+    "pbrt": partial(M_renderers, terms=PBRT),
+    "mitsuba": partial(M_renderers, terms=MITSUBA),
+}
 
 
 class Entering(NamedTuple):

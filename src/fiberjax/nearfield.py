@@ -11,7 +11,7 @@ choices:
                one untilted lobe of the last width, uniform in azimuth
     detector   density in azimuth, "logistic" (Chiang; scale sqrt(pi/8) beta_n) or
                "normal" (d'Eon)
-    compat     None, or "pbrt" for the M of renderers, with their log I0
+    compat     None, or "pbrt" or "mitsuba" for the M of that renderer, with its log I0
 
 theta_i belongs to the direction that h is the offset of: in a path tracer that walks
 from the camera, the direction towards the camera.
