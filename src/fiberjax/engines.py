@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from fiberjax import artist, parameters, perceptual, pigment
 from fiberjax._types import Reals, floats
 from fiberjax.fiber import Fiber
-from fiberjax.parameters import ETA, TILTS, clamp, within
+from fiberjax.parameters import ETA, TILTS, Numbers, clamp, within
 from fiberjax.shading import PASS
 
 _NO_OTHER_ETA = "its Fresnel and eta' are for 1.55, another would be lost"
@@ -38,7 +38,7 @@ class Unity(NamedTuple):
 
 
 def karis(
-    base_color: Reals,
+    base_color: Numbers,
     roughness: Reals = 0.3,
     shift: Reals = 0.035,
     *,
@@ -110,9 +110,9 @@ def unity(
     smoothness: Reals,
     radial_smoothness: Reals,
     cuticle_angle: Reals,
-    absorption: Reals | None = None,
+    absorption: Numbers | None = None,
     *,
-    diffuse_color: Reals | None = None,
+    diffuse_color: Numbers | None = None,
     eumelanin: Reals | None = None,
     pheomelanin: Reals | None = None,
 ) -> Fiber:

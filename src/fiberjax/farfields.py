@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fiberjax import numerics, parameters, pigment
 from fiberjax._types import Reals, choice, floats
 from fiberjax.fiber import Fiber
-from fiberjax.parameters import ETA, clamp, within
+from fiberjax.parameters import ETA, Numbers, clamp, within
 
 _SMOOTHEST = 0.04  # beta of Tungsten
 
@@ -28,7 +28,7 @@ class Tungsten(NamedTuple):
 def tungsten(
     roughness: Reals = 0.1,
     scale_angle: Reals = 2.0,
-    sigma_a: Reals | None = None,
+    sigma_a: Numbers | None = None,
     *,
     melanin_concentration: Reals | None = None,
     melanin_ratio: Reals | None = None,
@@ -60,9 +60,9 @@ def tungsten(
         ValueError: both sigma_a and melanin are given; a number is negative.
     """
     melanin = melanin_concentration if melanin_ratio is None else melanin_ratio
-    way = parameters.given(sigma_a=sigma_a, melanin_concentration=melanin)
+    parameters.given(sigma_a=sigma_a, melanin_concentration=melanin)
     within("roughness", roughness, 0, jnp.inf)
-    if way == "sigma_a":
+    if sigma_a is not None:
         within("sigma_a", sigma_a, 0, jnp.inf)
     else:
         amount = 0.25 if melanin_concentration is None else melanin_concentration
@@ -104,9 +104,9 @@ def rtxcr(
     roughness: Reals,
     cuticle_angle: Reals,
     ior: Reals = ETA,
-    absorption: Reals | None = None,
+    absorption: Numbers | None = None,
     *,
-    base_color: Reals | None = None,
+    base_color: Numbers | None = None,
     azimuthal_roughness: Reals = 0.3,
     melanin: Reals | None = None,
     melanin_redness: Reals = 0.0,

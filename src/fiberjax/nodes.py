@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fiberjax import parameters, perceptual, pigment
 from fiberjax._types import Floats, Reals, floats, last_axis
 from fiberjax.fiber import Fiber
-from fiberjax.parameters import ETA, clamp, within
+from fiberjax.parameters import ETA, Numbers, clamp, within
 
 _LEAST, _MOST = 1e-3, 1.0  # of roughnesses, v and s
 
@@ -53,18 +53,18 @@ def materialx_roughness(
 
 
 def materialx(
-    roughness_R: Reals = (0.1, 0.1),
-    roughness_TT: Reals = (0.05, 0.05),
-    roughness_TRT: Reals = (0.2, 0.2),
+    roughness_R: Numbers = (0.1, 0.1),
+    roughness_TT: Numbers = (0.05, 0.05),
+    roughness_TRT: Numbers = (0.2, 0.2),
     cuticle_angle: Reals = 0.5,
     ior: Reals = ETA,
-    absorption_coefficient: Reals | None = None,
+    absorption_coefficient: Numbers | None = None,
     *,
-    color: Reals | None = None,
+    color: Numbers | None = None,
     azimuthal_roughness: Reals = 0.2,
     melanin_concentration: Reals | None = None,
     melanin_redness: Reals = 0.5,
-    tints: Reals = 1.0,
+    tints: Numbers = 1.0,
 ) -> Fiber:
     """Fiber of MaterialX' chiang_hair_bsdf.
 
@@ -98,7 +98,7 @@ def materialx(
         ValueError: two ways to absorb; a tint, which would be lost; a shape or number
             without a meaning.
     """
-    way = parameters.given(
+    parameters.given(
         absorption_coefficient=absorption_coefficient,
         color=color,
         melanin_concentration=melanin_concentration,
@@ -109,9 +109,9 @@ def materialx(
     *lobes, c = floats((roughness_R, roughness_TT, roughness_TRT, cuticle_angle))
     names = ("roughness_R", "roughness_TT", "roughness_TRT")
     last_axis(2, **dict(zip(names, lobes, strict=True)))
-    if way == "color":
+    if color is not None:
         sigma_a = parameters.of_color("color", color, azimuthal_roughness, least=1e-3)
-    elif way == "melanin_concentration":
+    elif melanin_concentration is not None:
         both = pigment.concentrations(melanin_concentration, melanin_redness)
         sigma_a = pigment.melanin(*both)
     else:
@@ -153,4 +153,4 @@ def to_materialx(fiber: Fiber) -> MaterialX:
         within(f"(v, s) of lobe {p}", lobes[-1], _LEAST * (1 - 1e-5), _MOST + 1e-5)
     c = 0.5 - alpha / math.pi
     within("cuticle_angle of MaterialX", c, 0, 1)
-    return MaterialX(*lobes, c, fiber.eta, parameters.rgb(fiber))
+    return MaterialX(lobes[0], lobes[1], lobes[2], c, fiber.eta, parameters.rgb(fiber))

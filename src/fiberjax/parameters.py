@@ -1,14 +1,18 @@
 """What converters share: clamps, checks of numbers, and what a system can represent."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from fiberjax._types import Floats, Reals, floats
 from fiberjax.fiber import Fiber
 from fiberjax.pigment import chiang_sigma_a
+
+Numbers: TypeAlias = Reals | tuple[Any, ...]
+"""Reals, or a tuple of them: a color, most often."""
 
 WIDTHS = (1.0, 0.5, 2.0)
 """Factors of beta_m for R, TT, TRT and what follows, Marschner et al. 2003."""
@@ -23,7 +27,7 @@ _SAME = 1e-5
 """Numbers that agree to this, relative to the larger of 1 and themselves, are equal."""
 
 
-def clamp(x: Reals, low: float, high: float = np.inf) -> Floats:
+def clamp(x: Numbers, low: float, high: float = np.inf) -> Floats:
     """The nearest number in [low, high]; the derivative is 1 there and 0 beyond."""
     (x,) = floats((x,))
     return jnp.where(x < low, low, jnp.where(x > high, high, x))
@@ -31,7 +35,7 @@ def clamp(x: Reals, low: float, high: float = np.inf) -> Floats:
 
 def known(*values: Any) -> bool:
     """Whether the numbers can be looked at: not while JAX traces."""
-    return not any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves(values))
+    return not any(isinstance(x, Tracer) for x in jax.tree.leaves(values))
 
 
 def within(name: str, value: Any, low: float, high: float, *, open_low=False) -> None:
@@ -85,7 +89,7 @@ def required(**ways: Any) -> str:
     return way
 
 
-def of_color(name: str, color: Reals, b: Reals, *, least: float = 0.0) -> Floats:
+def of_color(name: str, color: Any, b: Reals, *, least: float = 0.0) -> Floats:
     """Chiang's absorption of a color, clamped to [least, 1]; ValueError if infinite."""
     if least == 0:
         within(name, color, 0, np.inf, open_low=True)

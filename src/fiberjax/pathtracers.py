@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from fiberjax import parameters, perceptual, pigment
 from fiberjax._types import Reals, floats
 from fiberjax.fiber import Fiber
-from fiberjax.parameters import ETA, clamp, within
+from fiberjax.parameters import ETA, Numbers, clamp, within
 
 _SMALLEST = 1e-2  # of both roughnesses of pbrt-v4
 
@@ -41,10 +41,10 @@ def pbrt(
     beta_m: Reals = 0.3,
     beta_n: Reals = 0.3,
     alpha: Reals = 2.0,
-    sigma_a: Reals | None = None,
+    sigma_a: Numbers | None = None,
     eta: Reals = ETA,
     *,
-    reflectance: Reals | None = None,
+    reflectance: Numbers | None = None,
     eumelanin: Reals | None = None,
     pheomelanin: Reals | None = None,
 ) -> Fiber:
@@ -82,12 +82,12 @@ def pbrt(
             number has no meaning.
     """
     melanin = eumelanin if pheomelanin is None else pheomelanin
-    way = parameters.given(sigma_a=sigma_a, reflectance=reflectance, eumelanin=melanin)
+    parameters.given(sigma_a=sigma_a, reflectance=reflectance, eumelanin=melanin)
     within("eta", eta, 1, jnp.inf)
     b_m, b_n = (clamp(b, _SMALLEST, 1) for b in (beta_m, beta_n))
-    if way == "reflectance":
+    if reflectance is not None:
         sigma_a = parameters.of_color("reflectance", reflectance, b_n)
-    elif way != "sigma_a":
+    elif sigma_a is None:
         brown = 1.3 if melanin is None else 0.0
         brown = brown if eumelanin is None else eumelanin
         red = 0.0 if pheomelanin is None else pheomelanin
@@ -132,7 +132,7 @@ def mitsuba(
     longitudinal_roughness: Reals = 0.3,
     azimuthal_roughness: Reals = 0.3,
     scale_tilt: Reals = 2.0,
-    sigma_a: Reals | None = None,
+    sigma_a: Numbers | None = None,
     int_ior: Reals = ETA,
     ext_ior: Reals = 1.000277,
     *,
@@ -171,7 +171,7 @@ def mitsuba(
             there, or a fiber has less refraction than its surroundings.
     """
     melanin = eumelanin if pheomelanin is None else pheomelanin
-    way = parameters.given(sigma_a=sigma_a, eumelanin=melanin)
+    parameters.given(sigma_a=sigma_a, eumelanin=melanin)
     rough = {
         "longitudinal_roughness": longitudinal_roughness,
         "azimuthal_roughness": azimuthal_roughness,
@@ -181,7 +181,7 @@ def mitsuba(
     inside, outside = floats((int_ior, ext_ior))
     eta = inside / outside
     within("int_ior/ext_ior", eta, 1, jnp.inf)
-    if way == "sigma_a":
+    if sigma_a is not None:
         within("sigma_a", sigma_a, 0, jnp.inf)
         absorption, factor = floats((sigma_a,), (scale,))
         absorption = absorption * factor
@@ -189,7 +189,8 @@ def mitsuba(
         brown = 1.3 if eumelanin is None else eumelanin
         red = 0.2 if pheomelanin is None else pheomelanin
         absorption = pigment.melanin(brown, red)
-    return _chiang(*rough.values(), scale_tilt, absorption, eta)
+    b_m, b_n = rough.values()
+    return _chiang(b_m, b_n, scale_tilt, absorption, eta)
 
 
 def to_mitsuba(fiber: Fiber, *, ext_ior: Reals = 1.000277) -> Mitsuba:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fiberjax import parameters, perceptual, pigment
 from fiberjax._types import Reals, floats
 from fiberjax.fiber import Fiber
-from fiberjax.parameters import ETA, WIDTHS, clamp, within
+from fiberjax.parameters import ETA, WIDTHS, Numbers, clamp, within
 
 _LEAST, _MOST = 1e-3, 1.0  # of every roughness
 _COLOR = (0.017513, 0.005763, 0.002059)
@@ -36,12 +36,12 @@ def cycles(
     coat: Reals = 0.0,
     ior: Reals = ETA,
     offset: Reals = _OFFSET,
-    absorption_coefficient: Reals | None = None,
+    absorption_coefficient: Numbers | None = None,
     *,
-    color: Reals | None = None,
+    color: Numbers | None = None,
     melanin: Reals | None = None,
     melanin_redness: Reals = 1.0,
-    tint: Reals = (1.0, 1.0, 1.0),
+    tint: Numbers = (1.0, 1.0, 1.0),
 ) -> Fiber:
     """Fiber of Cycles' Principled Hair BSDF, model of Chiang.
 
@@ -77,17 +77,17 @@ def cycles(
     Raises:
         ValueError: two ways to absorb are given; a number has no meaning.
     """
-    way = parameters.given(
+    parameters.given(
         absorption_coefficient=absorption_coefficient, color=color, melanin=melanin
     )
     within("ior", ior, 1, math.inf)
     b, radial, coated, angle = floats((roughness, radial_roughness, coat, offset))
-    if way == "melanin":
+    if melanin is not None:
         pigments = pigment.concentrations(melanin, melanin_redness)
         dye = parameters.of_color("tint", tint, radial)
         sigma_a = pigment.melanin(*pigments, table="cycles")
         sigma_a = sigma_a + dye.astype(sigma_a.dtype)
-    elif way == "absorption_coefficient":
+    elif absorption_coefficient is not None:
         within("absorption_coefficient", absorption_coefficient, 0, math.inf)
         sigma_a = absorption_coefficient
     else:
