@@ -8,9 +8,12 @@ standard deviations in radians, lengths are in fiber radii.
 """
 
 from fiberjax import artist as artist
+from fiberjax import convert as convert
 from fiberjax import directions as directions
 from fiberjax import karis as karis
 from fiberjax import nearfield as nearfield
+from fiberjax import perceptual as perceptual
+from fiberjax import pigment as pigment
 from fiberjax import realtime as realtime
 from fiberjax import shader as shader
 from fiberjax.auto import auto as auto

@@ -11,7 +11,7 @@ from fiberjax._types import Floats, Reals, floats, last_axis
 from fiberjax.karis import PUBLISHED, TRT, TT, Constants, R
 from fiberjax.shading import PASS, Directions, Hair, added, of_angles
 
-_DARKEST = 1e-30
+DARKEST = 1e-30
 """Least component of a base color: what is black has a logarithm too."""
 
 _LUMA = (0.2126, 0.7152, 0.0722)
@@ -46,7 +46,7 @@ def of_artist(artist: Artist, wider: Floats | float = 0.0) -> Hair:
     eta is 1.55, which eta' is fitted for. beta_n, which nothing here knows, is 0.
     """
     color, _, roughness, _, shift = map(jnp.asarray, artist)
-    color = checkpoint_name(jnp.maximum(color, _DARKEST), "color")
+    color = checkpoint_name(jnp.maximum(color, DARKEST), "color")
     beta_m = tuple(factor * roughness**2 + wider for factor in (1, 0.5, 2))
     tilt = tuple(factor * shift for factor in (-2, 1, 4))
     eta, none = (jnp.full_like(roughness, x) for x in (1.55, 0))
@@ -59,7 +59,7 @@ def scattering(color: Floats, at: Directions, shadow: Floats) -> Floats:
     sqrt(C) (n . w_i + 1)/(4 pi) (C/luma)^(1 - shadow), n = the part of w_o across the
     tangent, normalized; luma is that of Rec. 709, which is not said there.
     """
-    color = checkpoint_name(jnp.maximum(color, _DARKEST), "color")
+    color = checkpoint_name(jnp.maximum(color, DARKEST), "color")
     fake = at.cos_i * at.cos_phi
     luma = checkpoint_name(color @ jnp.asarray(_LUMA, color.dtype), "luma")
     tint = (color / luma) ** (1 - shadow[..., None])

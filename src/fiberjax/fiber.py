@@ -28,7 +28,7 @@ class Fiber(eqx.Module):
     0.726 b + 0.812 b^2 + 3.7 b^20, azimuthal scale sqrt(pi/8)(0.265 b + 1.194 b^2 +
     5.372 b^22) divided by sqrt(pi/8), sigma_a = 1.3 (0.419, 0.697, 1.37). The tilt is
     negative because a root-to-tip tangent sees scales that turn the surface normals
-    towards the root.
+    towards the root; pbrt-v4 itself turns them towards its dp/du, see `convert.pbrt`.
 
     Fields:
         eta: index of refraction relative to the surroundings, >= 1.
