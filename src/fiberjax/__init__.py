@@ -8,7 +8,11 @@ standard deviations in radians, lengths are in fiber radii.
 """
 
 from fiberjax import artist as artist
+from fiberjax import deon2014 as deon2014
+from fiberjax import kajiya_kay as kajiya_kay
 from fiberjax import karis as karis
+from fiberjax import lambert as lambert
+from fiberjax import marschner as marschner
 from fiberjax import realtime as realtime
 from fiberjax import shader as shader
 from fiberjax.auto import auto as auto
