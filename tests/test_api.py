@@ -283,7 +283,7 @@ def test_bad_input_says_what_is_allowed(case):
 FLOORS = (
     {"_types", "expression"},
     {"numerics", "quadrature"},
-    {"bessel", "circular", "fresnel"},
+    {"bessel", "circular", "fresnel", "pigment"},
     {"spherical"},
     {"detectors"},
     {"path"},
