@@ -300,6 +300,7 @@ FLOORS = (
     {"energy", "farfield", "frame", "kajiya_kay", "lambert", "sampling", "smooth"},
     {"approximation", "deon2014", "marschner"},
     {"fitting", "shading"},
+    {"absorption"},
     {"exponential", "karis", "tail"},
     {"artist", "heads", "realtime"},
     {"languages", "regrouping", "tracing"},

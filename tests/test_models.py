@@ -121,7 +121,9 @@ AT_EXTREMES = {
 }
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(
+    "dtype", [np.float32, pytest.param(np.float64, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("model", AT_EXTREMES)
 def test_values_and_gradients_are_finite_at_the_extremes(model, dtype):
     """In the angles and in all numbers of the model."""
@@ -159,7 +161,9 @@ def test_lambert_has_all_digits_up_to_the_dark_side(dtype):
         (found[0], value, np.abs(slope)),
         (found[1], slope, np.ones_like(slope)),
     ):
-        assert np.all(abs(np.asarray(got) - right) <= 8 * eps * abs(right) + steep * moved)
+        assert np.all(
+            abs(np.asarray(got) - right) <= 8 * eps * abs(right) + steep * moved
+        )
     assert f(dtype(np.float64(np.pi))) == 0
     # As near as numbers come to pi the value is d^3/3, not the rounding of 1.
     d = 1e-3
@@ -316,19 +320,31 @@ def test_marschner_is_the_limit_of_the_reference():
     np.testing.assert_allclose(2 * marschner.M(0.0, 2 * half, 0.2**2), printed)
 
 
+def test_marschner_at_a_caustic():
+    """TRT grows without bound towards it, and is 0 beyond: nothing is smoothed."""
+    where = fj.caustics(2, 0.0, eta=1.55)
+    off = jnp.asarray((1e-8, 1e-6, 1e-4, -1e-4))
+    clear = fj.Fiber(1.55, 0.2, 0.3, None, None)
+    # The light lies where |phi| is smaller.
+    phi = jnp.abs(where.phi) - off
+    found = marschner.evaluate(clear, 0.0, 0.0, phi, lobes=(2,))
+    lit = found - marschner.evaluate(clear, 0.0, 0.0, phi[3], lobes=(2,))
+    np.testing.assert_allclose(lit[0] / lit[1], 10, rtol=0.05)
+    np.testing.assert_allclose(lit[1] / lit[2], 10, rtol=0.05)
+
+
 def test_marschner_sums_its_lobes_and_follows_its_tilt():
     angles = 0.3, -0.2, 2.7
     narrow = fj.Fiber(1.55, 0.02, 0.3, 0.04, HAIR.sigma_a)
     theta = np.append(np.linspace(-0.6, 0.6, 4001), angles[1])
     total = 0.0
-    for p, tilt in enumerate((2, -1, -4)):
+    for p, tilt in enumerate((2, -1)):
         S = marschner.evaluate(narrow, 0.3, theta, 2.7, lobes=(p,))
-        assert np.all(np.asarray(S[-1]) >= 0)
         total = total + S[-1]
-        if p < 2:  # TRT has no light there
-            peak_of = theta[np.argmax(S[:-1, 0])]
-            assert peak_of == pytest.approx(tilt * 0.04 - 0.3, abs=2e-3)
-    np.testing.assert_allclose(total, marschner.evaluate(narrow, *angles))
+        peak_of = theta[np.argmax(S[:-1, 0])]
+        assert peak_of == pytest.approx(tilt * 0.04 - 0.3, abs=2e-3)
+    both = marschner.evaluate(narrow, *angles, lobes=(0, 1))
+    np.testing.assert_allclose(total, both)
 
 
 # R of d'Eon et al. 2014
@@ -397,7 +413,11 @@ def test_r_of_2014_agrees_with_that_of_2013_without_azimuth():
 
 
 @pytest.mark.parametrize(
-    ("theta_i", "detector"), [(0.4, "normal"), (-1.3, "logistic")]
+    ("theta_i", "detector"),
+    [
+        (0.4, "normal"),
+        pytest.param(-1.3, "logistic", marks=pytest.mark.slow),
+    ],
 )
 def test_sampler_of_2014(theta_i, detector):
     u = uniforms(5, COUNT, 4)
@@ -415,15 +435,18 @@ def test_sampler_of_2014(theta_i, detector):
     wrong = fj.Fiber(1.55, 0.2, 0.3, None, (0.2, 1.0))
     broken = deon2014.sample(wrong, theta_i, u, detector=detector)
     assert fit(density, broken, *edges) < 1e-9
-    some = jax.tree.map(lambda x: x[:50_000], s)
+    some = jax.tree.map(lambda x: x[:20_000], s)
     value = deon2014.evaluate(HAIR, theta_i, some.theta_o, some.phi, **choices)
-    residual = np.asarray(some.weight - value / density(some.theta_o, some.phi)[:, None])
+    residual = np.asarray(
+        some.weight - value / density(some.theta_o, some.phi)[:, None]
+    )
     for test in (1, np.cos(some.phi), np.sin(3 * some.theta_o), np.cos(3 * some.phi)):
         z = np.ravel(test)[:, None] * residual
         assert np.all(np.abs(z.mean(0)) < 4.5 * z.std(0) / np.sqrt(len(z)))
     assert residual.std() > 1e-3
 
 
+@pytest.mark.slow
 def test_sampler_of_2014_has_finite_gradients():
     for dtype in DTYPES:
         last = 1 - jnp.finfo(dtype).eps / 2

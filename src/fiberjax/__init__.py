@@ -7,6 +7,7 @@ S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe wid
 standard deviations in radians, lengths are in fiber radii.
 """
 
+from fiberjax import absorption as absorption
 from fiberjax import artist as artist
 from fiberjax import deon2014 as deon2014
 from fiberjax import kajiya_kay as kajiya_kay

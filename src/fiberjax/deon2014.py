@@ -41,7 +41,9 @@ def _cone(fiber: Fiber, theta_i: Floats, phi: Floats) -> Floats:
     """
     tilt = lobe_shape(fiber, 0).tilt
     if tilt is None:
-        return jnp.broadcast_to(-theta_i, jnp.broadcast_shapes(theta_i.shape, phi.shape))
+        return jnp.broadcast_to(
+            -theta_i, jnp.broadcast_shapes(theta_i.shape, phi.shape)
+        )
     sin_i, cos_i = jnp.sin(theta_i), jnp.cos(theta_i)
     half = wrap(phi) / 2
     facing, aside = cos_i * jnp.cos(half), cos_i * jnp.sin(half)
@@ -87,13 +89,12 @@ def evaluate(
 ) -> Floats:
     """Scattered throughput per steradian, S cos(theta_o), of R alone.
 
-    M(theta_cone(phi), theta_o, 2 beta^2 cos^2(phi/2)) N_0(phi, theta_d), M and N_0 those
-    of `lobe`. With t the tilt of R, 2 alpha, and c = cos(phi/2), phi in [-pi, pi],
-    sin theta_cone = sin t cos theta_i c - cos t sin theta_i,
-    which is sin(t - theta_i) for c = 1 and about that of -theta_i + t c. The width is no
-    less than 64 eps: next to phi = pi, where a rough fiber sends light and no width is
-    left, M is a spike. In energy R is that of `lobe` but for the theta_d at which it is
-    taken; at fixed theta_d it is the same.
+    M(theta_cone(phi), theta_o, 2 beta^2 cos^2(phi/2)) N_0(phi, theta_d), with M and N_0
+    those of `lobe`. With t the tilt of R, 2 alpha, and c = cos(phi/2), phi in
+    [-pi, pi], sin theta_cone = sin t cos theta_i c - cos t sin theta_i, which is
+    sin(t - theta_i) for c = 1, and about sin(t c - theta_i). The width is no less than
+    64 eps: next to phi = pi, where a rough fiber sends light and no width is left, M is
+    a spike. At fixed theta_d the energy of R is that of `lobe`.
 
     Args:
         fiber, theta_i, theta_o, phi: as in `fiberjax.evaluate`.
@@ -106,8 +107,8 @@ def evaluate(
     Raises:
         ValueError: as `fiberjax.evaluate`.
 
-    Reference: d'Eon, Marschner, Hanika 2014, as Karis 2016 takes it up; the cone here is
-    that of a ray trace to first order in the tilt, at any theta_i.
+    Reference: d'Eon, Marschner, Hanika 2014, as Karis 2016 takes it up; the cone here
+    is that of a ray trace to first order in the tilt, at any theta_i.
     """
     fiber, angles = prepare(fiber, theta_i, theta_o, phi)
     return _evaluate(_model(rule, detector, incidence), fiber, *angles)

@@ -30,7 +30,7 @@ def _power_of_cosine(angle: Floats, exponent: Floats) -> Floats:
     sin, cos = jnp.sin(angle), jnp.cos(angle)
     steep, lit = cos < 0.7, cos > 0
     from_cos = jnp.log(jnp.where(steep & lit, cos, 1))
-    from_sin = jnp.log1p(-jnp.where(steep, 0, sin) ** 2) / 2
+    from_sin = jnp.log1p(-(jnp.where(steep, 0, sin) ** 2)) / 2
     log = jnp.where(steep, from_cos, from_sin)
     return jnp.where(lit, jnp.exp(exponent * log), 0)
 
@@ -59,9 +59,9 @@ def evaluate(
 
     k_d sin(t, l) + k_s cos(t, e')^n = k_d cos theta_o + k_s cos(theta_i + theta_o)^n,
     and no specular term where |theta_i + theta_o| >= pi/2. As printed it is what an eye
-    at theta_i sees of light from theta_o, of which cos theta_o is received; the specular
-    term has no such cosine, so that its S is not reciprocal. The module says how much
-    light this scatters. All azimuths are alike: no shadow falls on the far side.
+    at theta_i sees of light from theta_o, of which cos theta_o is received; the
+    specular term has no such cosine, so that its S is not reciprocal. The module says
+    how much light this scatters. All azimuths are alike: the far side has no shadow.
 
     Args:
         theta_i: inclination of the given direction, that to the eye, in radians.

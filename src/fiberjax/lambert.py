@@ -16,9 +16,7 @@ from fiberjax.azimuthal import check_color
 from fiberjax.circular import wrap
 from fiberjax.spherical import open_unit
 
-_SERIES = tuple(
-    (-1) ** k * 2 * (k + 1) / math.factorial(2 * k + 3) for k in range(10)
-)
+_SERIES = tuple((-1) ** k * 2 * (k + 1) / math.factorial(2 * k + 3) for k in range(10))
 """(sin d - d cos d)/d^3 in powers of d^2; the next term is below 1e-19 at d = 1."""
 
 

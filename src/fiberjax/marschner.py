@@ -23,8 +23,8 @@ def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:
     """Marschner's longitudinal density, a Gaussian about the specular cone.
 
     exp(-(theta_o - theta_cone)^2/(2 v))/sqrt(2 pi v), per radian of theta_o over the
-    whole line: what lies beyond the poles is lost. int M cos(theta_o) dtheta_o is not 1;
-    `evaluate` says what becomes of it.
+    whole line: what lies beyond the poles is lost. int M cos(theta_o) dtheta_o is not
+    1; `evaluate` says what becomes of it.
 
     Args:
         theta_cone: inclination of the cone in radians; -theta_i without tilt.
