@@ -6,7 +6,9 @@ fiber; Chiang's inversion is for hair that light meets many times, Karis' color 
 of TT.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -51,7 +53,7 @@ def measure():
     """Absorption and albedo over the colors asked for, by (way, beta_n)."""
     solved = np.asarray(jax.vmap(lambda color: absorption.solve(FIBER, color))(ASKED))
     within = np.isfinite(solved)
-    ways = {("solve", ""): (ASKED, solved)}
+    ways: dict[tuple[str, str], Any] = {("solve", ""): (ASKED, solved)}
     for b in BETA_N:
         ways["from_color", f"{b:g}"] = ASKED, absorption.from_color(ASKED, b)
     ways["zeta", ""] = ASKED, absorption.zeta(ASKED)
@@ -73,7 +75,7 @@ def table(result):
     return Table(HEADER, rows)
 
 
-def looks():
+def looks() -> Iterator[tuple[tuple[str, str], dict[str, Any], str]]:
     """Line and name of every way."""
     yield ("solve", ""), {"color": BLACK}, "solve"
     for b, color in zip(BETA_N, COLORS, strict=True):

@@ -7,12 +7,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from mpmath import mp
+from mpmath import mp as untyped_mp
 
 import fiberjax as fj
 from fiberjax import absorption
 
 untyped: Any = absorption
+mp: Any = untyped_mp  # it has no types
 HAIR = fj.Fiber(beta_m=0.3, beta_n=0.2, alpha=-0.03)
 COLOR = jnp.asarray((0.15, 0.4, 0.8))
 

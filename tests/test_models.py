@@ -8,23 +8,24 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import raytrace
-from mpmath import mp
+from mpmath import mp as untyped_mp
 from scipy import stats
 
 import fiberjax as fj
 from fiberjax import deon2014, kajiya_kay, lambert, marschner
 
 untyped: Any = fj
+mp: Any = untyped_mp  # it has no types
 HALF_PI = np.pi / 2
 FALSE_ALARM = 1e-3
 COUNT = 400_000
 DTYPES = [jnp.float32, jnp.float64]
 RULE = fj.GaussGamma(32)
-GLOSSY = {"diffuse": (0.1, 0.05), "specular": 0.3, "exponent": 20.0}
+GLOSSY: Any = {"diffuse": (0.1, 0.05), "specular": 0.3, "exponent": 20.0}
 HAIR = fj.Fiber(eta=1.55, beta_m=0.2, beta_n=0.3, alpha=0.04, sigma_a=(0.2, 1.0))
 
 MODELS = {
-    "lambert": lambda *x: lambert.evaluate(*x, color=(0.4, 0.8)),
+    "lambert": lambda *x: lambert.evaluate(*x, color=np.array((0.4, 0.8))),
     "kajiya_kay": lambda *x: kajiya_kay.evaluate(*x, **GLOSSY),
     "marschner": lambda *x: marschner.evaluate(HAIR, *x, lobes=(0, 1)),
     "deon2014": lambda *x: deon2014.evaluate(HAIR, *x, rule=RULE),
@@ -188,7 +189,7 @@ def test_lambert_returns_its_color():
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_lambert_sampler(dtype):
     u = uniforms(1, COUNT, 3).astype(dtype)
-    s = lambert.sample(dtype(0.4), u, color=(0.2, 0.9))
+    s = lambert.sample(dtype(0.4), u, color=np.array((0.2, 0.9)))
     assert s.weight.dtype == s.phi.dtype == s.theta_o.dtype == dtype
     np.testing.assert_array_equal(s.weight[0], np.asarray((0.2, 0.9), dtype))
     edges = np.linspace(-HALF_PI, HALF_PI, 25), np.linspace(-np.pi, np.pi, 25)

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import lineax as lx
 import numpy as np
 import optimistix as optx
+from jax.core import Tracer
 
 from fiberjax._types import Floats, Reals, floats
 from fiberjax.auto import DEFAULT
@@ -202,7 +203,7 @@ def solve(
     model, fiber, at, (color,) = _prepare(fiber, theta_i, lobes, rest, incidence, color)
     check_color("color", color)
     found, low, high = _solve(model, fiber, jnp.atleast_1d(color), at)
-    if not isinstance(found, jax.core.Tracer) and np.isnan(found).any():
+    if not isinstance(found, Tracer) and np.isnan(found).any():
         bad = np.atleast_1d(color)[np.isnan(found)][0]
         raise ValueError(
             f"color = {bad}: must lie in ({low:.6g}, {high:.6g}], from what R scatters "
