@@ -22,6 +22,7 @@ FIGURES = Path(__file__).parents[1] / "figures"
 sys.path.insert(0, str(FIGURES))
 NAMES = (
     "bessel",
+    "absorption",
     "error_vs_time",
     "fits",
     "fits_against_lobes",
@@ -40,6 +41,7 @@ SVGS = (*(name for name in NAMES if name != "realtime"), *OF_REALTIME)
 PNGS = ("realtime_slides", "swatch")
 TABLES = (
     "bessel",
+    "absorption",
     "error_vs_time",
     "furnace",
     "nearfield_speed",
@@ -144,6 +146,29 @@ def test_a_script_is_silent_in_a_pipe(tmp_path):
     )
     assert ran.stdout == ran.stderr == b""
     assert [path.name for path in tmp_path.iterdir()] == ["tilt.svg"]
+
+
+def test_absorption_table():
+    """What the solver is asked for is what a fiber has; the others are far from it."""
+    table = rows(FIGURES / "absorption.csv")
+    off = {}
+    for row in table:
+        key = row["way"] + row["beta_n_perceptual"]
+        off.setdefault(key, []).append(float(row["albedo"]) - float(row["color"]))
+    assert np.abs(off["solve"]).max() < 1e-9
+    asked = {float(row["color"]) for row in table}
+    solved = {float(row["color"]) for row in table if row["way"] == "solve"}
+    # R's albedo is 0.098.
+    assert solved == {color for color in asked if color > 0.098}
+    assert max(off["zeta"]) > 0.2
+    for b in ("0.3", "0.7", "1"):
+        assert max(off[f"from_color{b}"]) > 0.4
+    row = next(row for row in table if row["color"] == "0.48" and row["way"] == "solve")
+    fiber = fiberjax.Fiber(sigma_a=float(row["sigma_a"]))
+    x, w = np.polynomial.legendre.leggauss(48)
+    found = fiberjax.albedo(fiber, np.pi / 2 * x)
+    mean = np.sum(w * np.cos(np.pi / 2 * x) ** 2 * found)
+    assert mean == pytest.approx(0.48, abs=1e-8)
 
 
 def clear(**values):

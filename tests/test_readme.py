@@ -12,6 +12,8 @@ import pytest
 import reference
 from mpmath import mp
 
+import fiberjax as fj
+
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "figures"))
 advice = import_module("shared.advice").advice
@@ -92,6 +94,11 @@ def test_the_range_of_the_furnace():
         rows = [r for r in csv.DictReader(file) if r["incidence"] == "theta_d"]
     albedo = [float(r["albedo"]) for r in rows]
     assert f"between {min(albedo):.3f} and {max(albedo):.3f}" in TEXT.replace("\n", " ")
+
+
+def test_the_numbers_of_the_color():
+    low, high = fj.absorption.reach(fj.Fiber())
+    assert f"from {low:.3f} to {high:.3f} on average" in " ".join(TEXT.split())
 
 
 def test_every_picture_and_file_named_exists():

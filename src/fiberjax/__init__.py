@@ -7,10 +7,15 @@ S cos(theta_o), whose integral over outgoing solid angle is the albedo. Lobe wid
 standard deviations in radians, lengths are in fiber radii.
 """
 
+from fiberjax import absorption as absorption
 from fiberjax import artist as artist
 from fiberjax import convert as convert
+from fiberjax import deon2014 as deon2014
 from fiberjax import directions as directions
+from fiberjax import kajiya_kay as kajiya_kay
 from fiberjax import karis as karis
+from fiberjax import lambert as lambert
+from fiberjax import marschner as marschner
 from fiberjax import nearfield as nearfield
 from fiberjax import perceptual as perceptual
 from fiberjax import pigment as pigment

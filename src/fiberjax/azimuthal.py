@@ -12,10 +12,16 @@ from fiberjax.rules import Rule, Seen, check_rule
 from fiberjax.section import ray, section
 
 
+def check_color(name: str, color: Floats) -> None:
+    """ValueError unless it is a number or a vector of colors."""
+    if color.ndim > 1:
+        raise ValueError(f"{name} has shape {color.shape}: must be () or (C,)")
+
+
 def check_sigma_a(sigma_a: Floats | None) -> None:
     """ValueError unless sigma_a is None, a number or a vector of colors."""
-    if sigma_a is not None and sigma_a.ndim > 1:
-        raise ValueError(f"sigma_a has shape {sigma_a.shape}: must be () or (C,)")
+    if sigma_a is not None:
+        check_color("sigma_a", sigma_a)
 
 
 def drop_color(value: Floats, sigma_a: Floats | None) -> Floats:
