@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 import raytrace
 import reference
-from mpmath import mp
 from scipy import special
 from test_farfield import independent_albedo, naive_attenuation
 from test_raytrace import traced_tilt, wrapped
@@ -29,6 +28,7 @@ HALF_PI = np.pi / 2
 ETA = 1.55
 BETA_N = 0.18696  # of the default fiber
 ENTRIES: dict[str, Any] = {}
+mp = reference.mp
 
 
 def erratum(f):
@@ -98,7 +98,7 @@ def deon2013_eta_prime():
     found = fj.Phi(1, H, fj.eta_prime(theta_d, ETA))
     assert longest_miss(1, np.asarray(found), H, -theta_d) < 1e-10
     assert off > 5
-    return off / 2, off, ETA
+    return off / 2, off, 80, ETA
 
 
 @erratum
@@ -131,6 +131,7 @@ def deon2013_reciprocity():
     assert printed > 1.3
     there, back = fj.M(-theta_i, other, v), fj.M(-other, theta_i, v)
     np.testing.assert_allclose(there, back, rtol=1e-14)
+    np.testing.assert_allclose(there, both[0] * np.cos(other), rtol=1e-13)
     return printed, 80, 0.3
 
 
@@ -146,7 +147,7 @@ def deon2013_clamp():
         assert abs(weight.mean() - truth) < 4.5 * error < 0.05 * truth
         lost.append(100 * (1 - np.minimum(weight, 2).mean() / truth))
     assert min(lost) > 25
-    return lost[0], 85, lost[1], 89
+    return lost[0], 85, lost[1], 89, 0.6, 2.5
 
 
 @erratum
@@ -176,9 +177,15 @@ def deon2013_pole():
         A = naive_attenuation(q, h[at], (theta_o - theta_i) / 2, ETA, 0.0, q == 3)
         weight[at] = A * total[at] / specular[q][at]
     printed = weight.mean()
-    u = uniforms(6, count)
-    found = np.asarray(fj.sample(fiber, theta_i, u, strategy="lobe_first").weight)
+    s = fj.sample(fiber, theta_i, uniforms(6, count), strategy="lobe_first")
+    found = np.asarray(s.weight)
     assert abs(found.mean() - truth) < 4.5 * found.std() / np.sqrt(count)
+    # Folded, the cone of TRT is at -pi - theta_cone.
+    d = (-np.pi - cones[2] - theta_i) / 2
+    folded = [*specular[:2], naive_attenuation(2, h, d, ETA, 0.0), specular[3]]
+    expected = np.mean(folded[2] / np.sum(folded, 0))
+    assert expected > 0.05
+    assert np.mean(np.asarray(s.p) == 2) == pytest.approx(expected, abs=3e-3)
     assert printed < truth - 6 * weight.std() / np.sqrt(count)
     # What is missing is the whole of TRT.
     rest = independent_albedo(fiber, theta_i, (0, 1, 3))
@@ -208,7 +215,7 @@ def deon2013_eq9():
     assert energy[0] == pytest.approx(1, abs=1e-12)
     assert energy[1] > 1.6
     # Next to phi = pi the value is d^3/(12 pi), a difference of numbers near d.
-    near = np.linspace(3.13, 3.14, 1000).astype(np.float32)
+    near = np.linspace(3.1, 3.13, 1000).astype(np.float32)
     with mp.workdps(40):
         gaps = [mp.pi - mp.mpf(float(x)) for x in near]
         exact = [float((mp.sin(d) - d * mp.cos(d)) / (4 * mp.pi)) for d in gaps]
@@ -216,7 +223,7 @@ def deon2013_eq9():
     d = np.pi - near.astype(float)
     series = d**3 / 3 * (1 - d**2 / 10 + d**4 / 280) / (4 * np.pi)
     np.testing.assert_allclose(series, exact, rtol=1e-12)
-    return energy[1], 100 * off, 3.14
+    return energy[1], 100 * off, 3.13
 
 
 @erratum
@@ -248,6 +255,11 @@ def deon2013_single_root():
     rng = np.random.default_rng(2)
     phi = Phi(1, rng.uniform(-1, 1, count)) + beta_n * rng.normal(size=count)
     share = np.mean(np.abs(wrapped(phi)) < edge)
+    gamma, w = nodes(-HALF_PI, HALF_PI)
+    ends = np.array([[edge], [-edge]]) + 2 * np.pi * np.arange(-2, 3)
+    below = special.ndtr((ends[..., None] - Phi(1, np.sin(gamma))) / beta_n).sum(1)
+    exact = (below[0] - below[1]) @ (np.cos(gamma) * w) / 2
+    assert abs(share - exact) < 4.5 * np.sqrt(share / count)
     fiber = fj.Fiber(ETA, 0.3, beta_n, None, None)
     only = {"lobes": (1,), "rest": False}
     inside, w = nodes(-edge, edge, 8)
@@ -258,7 +270,7 @@ def deon2013_single_root():
     rule = fj.GaussGamma(64)
     density = fj.pdf(fiber, 0.0, 0.0, inside, rule=rule, strategy="lobe_first", **only)
     mass = np.asarray(density) @ w / float(fj.M(0.0, 0.0, 0.15**2))
-    assert abs(mass - share) < 4.5 * np.sqrt(share / count)
+    assert mass == pytest.approx(exact, rel=1e-7)
     assert share > 0.02
     return 100 * mass, beta_n
 
@@ -275,10 +287,10 @@ def deon2013_tilt():
     alpha, theta_o = 0.02, np.linspace(-0.2, 0.2, 2001)
     fiber = fj.Fiber(ETA, 0.005, alpha=alpha, sigma_a=None, tilts=tuple(traced))
     for p in (1, 2):
-        density = fj.M(traced[p] * alpha, theta_o, (fiber.widths_m[p] * 0.005) ** 2)
+        rule = fj.GaussGamma(32)
+        density = fj.lobe(fiber, p, 0.0, theta_o, p * np.pi, rule=rule)
         center = np.average(theta_o, weights=density) / alpha
-        assert center == pytest.approx(traced[p], rel=1e-3)
-        assert float(fiber.tilts[p]) == traced[p]
+        assert center == pytest.approx(traced[p], rel=5e-3)
     return traced[1], traced[2], ETA, 1.5
 
 
@@ -345,6 +357,22 @@ def mean_attenuation(theta, sigma_a):
     gamma, w = nodes(-HALF_PI, HALF_PI)
     A = naive_attenuation(1, np.sin(gamma), theta, ETA, sigma_a)
     return A @ (np.cos(gamma) * w) / 2
+
+
+@erratum
+def notes2023_theta_h():
+    totals = []
+    for degrees in (0, 80):
+        theta_i, beta = np.radians(degrees), 0.1
+        half = (theta_i + THETA) / 2
+        gaussian = np.exp(-((half / beta) ** 2) / 2) / (beta * np.sqrt(2 * np.pi))
+        totals.append(THETA_WEIGHT @ (gaussian * COS))
+        # Of the same width in theta_o.
+        found = np.asarray(fj.M(-theta_i, THETA, (2 * beta) ** 2))
+        assert THETA_WEIGHT @ (found * COS) == pytest.approx(1, abs=1e-12)
+    assert totals[0] > 1.9
+    assert totals[1] < 0.5
+    return totals[0], 0, totals[1], 80, beta
 
 
 @erratum
@@ -509,11 +537,12 @@ def karis2016_h_TT():
     return low, high
 
 
-def one_lobe(k0, k1, s, center, energy):
+def one_lobe(constants, s, center, energy):
     """Integrals of exp(k0 cos phi + k1) and its target; largest error over the peak."""
     phi, w = nodes(0, 2 * np.pi, 256)
     x = (phi - center + np.pi) % (2 * np.pi) - np.pi
     target = energy * logistic(x, s)
+    k0, k1 = constants
     lobe = np.exp(k0 * np.cos(phi) + k1)
     return lobe @ w, target @ w, np.abs(lobe - target).max() * 4 * s / energy
 
@@ -526,20 +555,20 @@ def shipped(kind, name):
 
 @erratum
 def karis2016_D_TT():
-    whole, target, off = one_lobe(-3.65, -3.98, 0.35, np.pi, 1.0)
+    whole, target, off = one_lobe((-3.65, -3.98), 0.35, np.pi, 1.0)
     assert target == pytest.approx(1, abs=3e-4)
     assert off > 0.023
-    better = one_lobe(*shipped("minimax", "d_tt"), 0.35, np.pi, 1.0)
+    better = one_lobe(shipped("minimax", "d_tt"), 0.35, np.pi, 1.0)
     assert better[2] < 0.75 * off
     return whole, 100 * off
 
 
 @erratum
 def karis2016_D_TRT():
-    whole, target, off = one_lobe(17, -16.78, 0.15, 0.0, 0.75)
+    whole, target, off = one_lobe((17, -16.78), 0.15, 0.0, 0.75)
     assert target == pytest.approx(0.75, abs=1e-6)
     assert off > 0.05
-    better = one_lobe(*shipped("minimax", "d_trt"), 0.15, 0.0, 0.75)
+    better = one_lobe(shipped("minimax", "d_trt"), 0.15, 0.0, 0.75)
     assert better[2] < 0.55 * off
     return whole, 0.75, 100 * off
 
@@ -568,8 +597,9 @@ def karis2016_cos_theta_d():
     gamma_t = [np.arcsin(np.sqrt(0.75) / eta_prime(x)) for x in (0.0, theta)]
     bend = np.cos(gamma_t[1]) / np.cos(gamma_t[0])
     over = 1 / np.cos(theta) / (grown / bend)
-    T = [fj.transmittance(np.sqrt(0.75), x, ETA, 1.0) for x in (0.0, theta)]
-    assert np.log(T[1]) / np.log(T[0]) == pytest.approx(grown, rel=1e-12)
+    for x in (0.0, theta):
+        T = fj.transmittance(np.sqrt(0.75), x, ETA, 1.0)
+        assert -2 * np.log(T) == pytest.approx(two_segments(x), rel=1e-12)
     assert over > 1.5
     return over, 60
 
@@ -946,7 +976,8 @@ ROWS = {
         if line.startswith("| `")
     )
 }
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+NUMBER = re.compile(r"(?<![\w^.])-?\d+(?:\.\d+)?(?:e-?\d+)?")
+"""One that is no part of a name, as float32, and no exponent, as cos^2."""
 
 
 def step(shown):
