@@ -507,7 +507,7 @@ def karis2016_M_overflow():
         with mp.workdps(40):
             exact = float(printed(mp.mpf(a), mp.mpf(b), mp.mpf(v), mp))
         with np.errstate(all="ignore"):
-            single = printed(*(np.float32(x) for x in (a, b, v)))
+            single = printed(np.float32(a), np.float32(b), np.float32(v))
         good = bool(abs(single / exact - 1) < 1e-3)
         assert good == right
         found = fj.M(np.float32(-a), np.float32(b), np.float32(v))
