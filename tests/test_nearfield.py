@@ -2,6 +2,7 @@
 
 from functools import partial
 from itertools import product
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -20,20 +21,20 @@ GRAZING = np.radians(89.9)
 SCALE = np.sqrt(np.pi / 8)
 TILTS, WIDTHS = (2, -1, -4), (1.0, 0.5, 2.0, 2.0)
 COLORS = (0.1, 0.4, 2.0)
-HAIR = fj.Fiber(1.55, 0.25, 0.3, -0.035, COLORS)
+HAIR: Any = fj.Fiber(1.55, 0.25, 0.3, -0.035, COLORS)
 
 
-def fiber(beta, sigma_a=None, alpha=0.0436):
+def fiber(beta, sigma_a: Any = None, alpha: Any = 0.0436) -> Any:
     return fj.Fiber(1.55, beta, beta, alpha, sigma_a)
 
 
-def angles(seed, count):
+def angles(seed, count) -> Any:
     rng = np.random.default_rng(seed)
     theta = rng.uniform(-HALF_PI, HALF_PI, (2, count))
     return (*theta, rng.uniform(-7, 7, count), rng.uniform(-1, 1, count))
 
 
-def parts(of, theta_i, h):
+def parts(of, theta_i, h) -> Any:
     """A_p, cone, width along and specular azimuth of R, TT, TRT and the rest.
 
     From the equations of floor one, none of which the near field calls.
@@ -42,8 +43,8 @@ def parts(of, theta_i, h):
     cos = np.cos(theta_i) * np.sqrt((1 - h) * (1 + h))
     F = fj.reflectance(cos, of.eta)[..., None]
     sigma_a = np.atleast_1d(0.0 if of.sigma_a is None else of.sigma_a)
-    where = (np.asarray(x)[..., None] for x in (h, theta_i))
-    T = fj.transmittance(*where, of.eta, sigma_a)
+    inside, inclined = (np.asarray(x)[..., None] for x in (h, theta_i))
+    T = fj.transmittance(inside, inclined, of.eta, sigma_a)
     A = [*(fj.A(p, F, T) for p in range(3)), fj.A_rest(3, F, T)]
     A = [np.broadcast_to(a, (*np.shape(h), len(sigma_a))) for a in A]
     alpha = 0.0 if of.alpha is None else float(of.alpha)
@@ -52,7 +53,7 @@ def parts(of, theta_i, h):
     return A, cones, beta, [fj.Phi(p, h, eta_p) for p in range(3)]
 
 
-def composed(of, theta_i, theta_o, phi, h):
+def composed(of, theta_i, theta_o, phi, h) -> Any:
     """evaluate and pdf from the public equations."""
     A, cones, beta, turns = parts(of, theta_i, h)
     D = [fj.trimmed_logistic(phi - turn, SCALE * of.beta_n) for turn in turns]
@@ -204,7 +205,7 @@ def chi_square(of, theta_i, h, drawn):
     sine = np.linspace(-1, 1, 1 << 15)
     fine = np.arcsin(sine)
     x, gauss = np.polynomial.legendre.leggauss(6)
-    density = sum(
+    density: Any = sum(
         share * np.asarray(fj.M(c, fine[1:], b * b))
         for share, c, b in zip(w / w.sum(), cones, beta, strict=True)
     )
@@ -223,7 +224,7 @@ def chi_square(of, theta_i, h, drawn):
             around = logistic_mass(phi_edges, float(turns[k]), SCALE * float(of.beta_n))
         mass += share * np.outer(along, around)
     assert mass.sum() == pytest.approx(1, abs=1e-9)
-    where = np.float64(drawn.theta_o), np.float64(drawn.phi)
+    where: Any = [np.asarray(x, float) for x in (drawn.theta_o, drawn.phi)]
     observed, _, _ = np.histogram2d(*where, (edges, np.append(phi_edges[:-1], 3.1416)))
     return p_value(observed.ravel(), mass.ravel() * len(where[0]))
 
@@ -288,9 +289,8 @@ def test_the_far_field_is_the_mean_over_offsets(beta, sigma_a):
     edges = np.linspace(-HALF_PI, HALF_PI, 401)
     gamma = (edges[:-1, None] + np.diff(edges)[:, None] * (1 + x) / 2).ravel()
     weight = (np.diff(edges)[:, None] * w / 4).ravel() * np.cos(gamma)
-    near = nearfield.evaluate(
-        of, *(y[:, None] for y in (theta_i, theta_o, phi)), np.sin(gamma)
-    )
+    columns = [y[:, None] for y in (theta_i, theta_o, phi)]
+    near = nearfield.evaluate(of, *columns, h=np.sin(gamma))
     near = near if sigma_a else near[..., None]
     mean = np.einsum("h,ahc->ac", weight, near)
     far = fj.evaluate(
@@ -471,6 +471,7 @@ def test_compat_is_what_renderers_compute():
     for beta in (0.05, 0.3, 0.35, 1.0):
         of = fiber(beta, 0.4, None)
         A, _, widths, turns = parts(of, theta_i, h)
+        density: list[Any]
         density = [fj.trimmed_logistic(phi - t, SCALE * of.beta_n) for t in turns]
         density.append(np.full(300, 1 / (2 * np.pi)))
         expected = np.zeros(300)
