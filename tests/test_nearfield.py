@@ -225,7 +225,8 @@ def chi_square(of, theta_i, h, drawn):
         mass += share * np.outer(along, around)
     assert mass.sum() == pytest.approx(1, abs=1e-9)
     where: Any = [np.asarray(x, float) for x in (drawn.theta_o, drawn.phi)]
-    observed, _, _ = np.histogram2d(*where, (edges, np.append(phi_edges[:-1], 3.1416)))
+    sides: Any = edges, np.append(phi_edges[:-1], 3.1416)
+    observed, _, _ = np.histogram2d(*where, sides)
     return p_value(observed.ravel(), mass.ravel() * len(where[0]))
 
 
