@@ -130,6 +130,10 @@ def draw_front():
     low, high = 0.8 * least, 1.15 * QUOTED_COST.high
     ax.set(xscale="log", yscale="log", xlim=(low, high), ylim=(0.007, 1))
     draw_quoted(ax)
+    front = [at for at in found if at.name in realtime.FITTED]
+    ax.plot(
+        [at.operations for at in front], [at.error for at in front], color=GRAY, lw=1
+    )
     for at in found:
         color, refit = color_of(at.name), at.name == REFITTED
         x = at.operations
@@ -228,22 +232,24 @@ def sheet(height: int) -> Sheet:
 
 
 def draw_swatch():
-    """Four colors, each by the reference, ours and Karis."""
+    """Four colors, each by the reference, ours and Karis; lying, roots on the left."""
     order = [m for m in models() if m != KARIS] + [KARIS]
-    gap = 24
-    width = (WIDE - 5 * gap) // (len(swatch.COLORS) * len(order))
-    height = round(ASPECT * width)
-    page = sheet(height + 76)
+    edge, head, gap = 96, 40, 8
+    tall = (WIDE - edge - gap) // len(order) - gap
+    width = round(tall / ASPECT)
+    tall = round(ASPECT * width)
+    page = sheet(head + len(swatch.COLORS) * (width + gap) + gap)
     rows = {color: (color, color, (0, 1, 2), "back") for color in swatch.COLORS}
     exposed = swatch.exposure(lit(width, rows["blond"], swatch.REFERENCE))
-    for k, (color, row) in enumerate(rows.items()):
-        start = gap + k * (gap + len(order) * width)
-        page.text(start + len(order) * width / 2, 22, color, size=10, weight="bold")
-        for j, model in enumerate(order):
-            left = start + j * width
+    for j, model in enumerate(order):
+        left = edge + j * (tall + gap)
+        page.text(left + tall / 2, head / 2, label_of(model), size=10, weight="bold")
+        for k, (color, row) in enumerate(rows.items()):
+            top = head + k * (width + gap)
+            if not j:
+                page.text(edge / 2, top + width / 2, color, size=10, weight="bold")
             picture = swatch.developed(lit(width, row, model), exposed)
-            page.image(left, 44, picture)
-            page.text(left + width / 2, height + 58, label_of(model))
+            page.image(left, top, np.rot90(picture))
     return Drawing(page.fig, "Hair by the reference and real-time models", None, True)
 
 

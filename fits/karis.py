@@ -24,8 +24,10 @@ from shared.sphere import grid
 from fiberjax import karis
 from fiberjax.approximation import FitError
 
-NODES = 48, 24
-STARTS = 4
+NODES = 32, 16
+DENSER = 96, 48
+TRIED = 8
+STARTS = 8
 STEPS = 256
 
 
@@ -55,20 +57,22 @@ def main(argv=None):
     options = parser.parse_args(argv)
     jax.config.update("jax_enable_x64", True)
     fibers = [fiber(c, w) for w in ROUGH.values() for c in COLORS.values()]
-    goal = joint.target(fibers, grid(*NODES), "theta_d")
-    what = karis.lobe, karis.PUBLISHED, goal, options.starts, options.max_steps
+    goal, judge = (joint.target(fibers, grid(*n), "theta_d") for n in (NODES, DENSER))
+    what = karis.lobe, karis.PUBLISHED, goal, judge, options.starts, options.max_steps
     try:
         found = joint.fit(*what)
+        check = joint.by_scipy(karis.lobe, found, goal, judge, TRIED)
     except FitError as error:
         raise SystemExit(f"karis: {error}; nothing written") from error
     progress("")
     stored = {
         "published": karis.PUBLISHED,
+        "unrounded": found.constants,
         "refitted": joint.as_float(found.constants, np.float32),
         "refitted in half": joint.as_float(found.constants, np.float16),
     }
     errors = {
-        name: joint.mean_square(joint.relative(karis.lobe, joint.as_float(k), goal))
+        name: joint.mean_square(joint.relative(karis.lobe, joint.as_float(k), judge))
         for name, k in stored.items()
     }
     entry = {
@@ -81,11 +85,16 @@ def main(argv=None):
         },
         "error": {name: rounded(x, 4) for name, x in errors.items()},
         "starts": [rounded(x, 4) for x in found.errors],
+        "check": {
+            "method": f"scipy least_squares, trf, best of {TRIED}",
+            "error": rounded(check, 4),
+        },
     }
     save(options.output / "karis.json", entry)
     print(f"karis: {entry['norm']}")
     for name, error in entry["error"].items():
         print(f"  {name:20}{error:.4f}")
+    print(f"  {entry['check']['method']}: {entry['check']['error']:.4f}")
     print(f"  from {len(found.errors)} of {options.starts} starts: {entry['starts']}")
 
 

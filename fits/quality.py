@@ -11,6 +11,7 @@ Norm: root of int |error|^2 over int |exact|^2, over both directions in solid an
 colors; its mean and largest over the cases, for each lobe and in total. Error of the
 albedo over theta_i; the albedo of a clear fiber, tilted by 0, 1.25 and 2.5 degrees;
 the largest error over the largest value at the same theta_i.
+Cost: operations of the shader, as fits/shaders.py counts them.
 """
 
 import argparse
@@ -25,6 +26,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from shared import cases
+from shared.counting import counted
 from shared.judged import LOBES, by_band, by_lobe, clear, judged, of_cases, summary
 from shared.judged import worst as worst_of
 from shared.report import progress, save
@@ -141,6 +143,12 @@ def judge(name: str, model: Callable, over: Grid) -> dict[str, Any]:
     return {"path": found, **rest, "furnace": furnace(model, over)}
 
 
+def operations() -> dict[str, dict[str, Any]]:
+    """The operations of every tier's shader, by counter."""
+    costs = counted(json.loads(realtime.COSTS.read_text()))
+    return {tier: costs[tier] for tier in realtime.TIERS}
+
+
 def readme_rows(entry: dict[str, Any]) -> list[str]:
     """The rows of the README's table."""
     rows = []
@@ -204,6 +212,10 @@ def table(entry: dict[str, Any]) -> list[str]:
     lines.append(f"{'':28}" + "".join(f"{x:>9}" for x in heads))
     for name, one in entry.items():
         lines.append(f"{name:28}" + "".join(f"{x:9.3f}" for x in beyond(one)))
+    for name, cost in ((name, one.get("operations")) for name, one in entry.items()):
+        for counter, found in (cost or {}).items():
+            total = f"{found['special']} special + {found['other']} other"
+            lines.append(f"{name:28}{counter:20}{total}")
     return lines
 
 
@@ -234,6 +246,8 @@ def main(argv=None):
     over = grid(*options.nodes)
     entry = {name: judge(name, model, over) for name, model in models().items()}
     progress("")
+    for tier, cost in operations().items():
+        entry[tier]["operations"] = cost
     save(options.output / "quality.json", {"nodes": list(options.nodes), **entry})
     print("\n".join(table(entry)), flush=True)
 

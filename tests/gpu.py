@@ -11,6 +11,14 @@ import pytest
 
 SIZE = 64
 DOTS = 3
+REQUIRED = bool(os.environ.get("SHADERS_REQUIRED"))
+"""Whether what is missing to run shaders is a failure: where it has been installed."""
+
+
+def absent(reason: str) -> None:
+    """Skips the test with the reason, or fails it."""
+    (pytest.fail if REQUIRED else pytest.skip)(reason)
+
 
 GLSL = """#version 450
 {source}
@@ -111,19 +119,22 @@ def spirv(language: str, text: str, directory: Path) -> bytes:
 
 def device() -> Any:
     """A Vulkan device; skips the test with the reason if there is none."""
-    wgpu = pytest.importorskip("wgpu", reason="pip install '.[shader]': no wgpu")
+    try:
+        import wgpu
+    except ImportError:
+        absent("no wgpu: pip install '.[shader]'")
     os.environ.setdefault("XDG_RUNTIME_DIR", "/tmp")
     found = wgpu.gpu.enumerate_adapters_sync()
     vulkan = [x for x in found if x.info["backend_type"] == "Vulkan"]
     if not vulkan:
-        pytest.skip("no Vulkan device: `make shader-deps` installs one")
+        absent("no Vulkan device: `make shader-deps` installs one")
     return vulkan[0].request_device_sync()
 
 
 def need_glslang() -> None:
     """Skips the test with the reason if HLSL and GLSL cannot be compiled."""
     if not shutil.which("glslangValidator"):
-        pytest.skip("no glslangValidator: `make shader-deps` installs it")
+        absent("no glslangValidator: `make shader-deps` installs it")
 
 
 def run(device: Any, code: str | bytes, given: np.ndarray) -> np.ndarray:

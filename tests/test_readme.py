@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "figures"))
 advice = import_module("shared.advice").advice
 TEXT = (ROOT / "README.md").read_text()
+cost = fj.realtime.cost
 
 
 def test_the_example_asserts_its_own_accuracy():
@@ -74,6 +75,21 @@ def test_the_numbers_of_the_rest():
         f"at 90 deg that is {pole['this'] - pole['exact']:.3f}",
     ):
         assert shown in text, shown
+
+
+def test_what_is_said_of_the_tiers_first():
+    judged = json.loads((ROOT / "fits" / "quality.json").read_text())
+    errors = {
+        tier: 100 * judged[tier]["path"]["theta_t"]["mean"]["S"]
+        for tier in fj.realtime.TIERS
+    }
+    karis, *ours = errors.values()
+    totals = [4 * special + other for special, other in map(cost, fj.realtime.TIERS)]
+    times = [total / totals[0] for total in totals[1:]]
+    text = " ".join(TEXT.split())
+    assert f"off by {min(ours):.1f} % to {max(ours):.1f} % in place of" in text
+    assert f"the {karis:.0f} % of what engines use" in text
+    assert f"at {min(times):.2f} to {max(times):.2f} times its operations" in text
 
 
 @pytest.mark.parametrize("name", ["eta_prime", "h_tt", "d_tt", "d_trt"])

@@ -170,12 +170,15 @@ def test_scattering_and_environment_are_what_the_slides_print():
     expected = 0.7 * R + TT + TRT + 0.4 * scattered(w_i, shadow)
     found = artist.shade(chosen, theta_i, theta_r, phi, shadow=shadow)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
-    R, _, TRT = direct(0.0, theta_r, 0.0, 0.2)
-    # n . w_r is positive: saturate(w_i . w_r + 1) is 1.
-    expected = np.pi * (0.7 * R + TRT + 0.4 * scattered(n, 1.0))
-    np.testing.assert_allclose(
-        artist.environment(chosen, theta_r), expected, rtol=1e-12
-    )
+    # By default n, and n . w_r is positive; the other is 119 degrees away.
+    for w, theta, away in ((n, 0.0, 0.0), (w_i, theta_i, phi)):
+        R, _, TRT = direct(theta, theta_r, away, 0.2)
+        seen = np.clip(w @ w_r + 1, 0, 1)
+        assert seen == 1 or 0.4 < seen < 0.6
+        expected = np.pi * (0.7 * seen * R + TRT + 0.4 * scattered(w, 1.0))
+        where = {"theta_i": theta, "phi": away} if theta else {}
+        found = artist.environment(chosen, theta_r, **where)
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ tiers: Any = import_module("tiers")
 forms: Any = import_module("shared.forms")
 samples: Any = import_module("shared.samples")
 weighed: Any = import_module("shared.weighed")
+cases: Any = import_module("shared.cases")
 
 QUALITY = json.loads((FITS / "quality.json").read_text())
 TILT = float(np.radians(2.5))
@@ -121,6 +122,18 @@ def test_any_tilt_is_finite(tier, alpha):
 
 
 @ours
+@pytest.mark.parametrize("p", [1, 2])
+def test_lobes_have_no_pole_at_grazing(tier, p):
+    """Along the cone, at the corners of the domain and beyond: steps are small."""
+    theta = np.linspace(1.3, np.pi / 2, 4001)
+    corners = product((1.4, 1.45, 1.65, 1.8), (0.05, 0.09, 0.49, 0.8), (0.01, 0.49, 1))
+    for eta, beta_m, beta_n in corners:
+        fiber = fj.Fiber(eta, beta_m, beta_n, None, 0.1)
+        found = np.asarray(realtime.lobe(tier, fiber, p, theta, -theta, (p % 2) * 3.0))
+        assert np.abs(np.diff(found)).max() <= 0.01 * found.max()
+
+
+@ours
 @pytest.mark.parametrize("beta_m", [0.6, 0.8, 1.0, 5.0])
 def test_a_wide_clear_fiber_gives_back_no_more_than_it_gets(tier, beta_m):
     """Beyond the domain; at the angle where narrower ones come closest to it."""
@@ -138,6 +151,41 @@ def test_a_wide_clear_fiber_gives_back_no_more_than_it_gets(tier, beta_m):
         realtime.evaluate(tier, nearest, *ANGLES),
         rtol=1e-12,
     )
+
+
+def albedo_of_a_smooth_fiber(tier, fiber, theta_i):
+    """By nodes around the cone of each lobe."""
+    x, weight = np.polynomial.legendre.leggauss(96)
+    phi, in_phi = np.pi / 2 * (1 + x), np.pi * weight
+    total = 0.0
+    for p, (width, tilt) in enumerate(
+        zip(exponential.WIDTHS, (2, -1, -4), strict=True)
+    ):
+        center = np.arcsin(np.sin(tilt * float(fiber.alpha) - theta_i))
+        reach = 7 * width * float(fiber.beta_m)
+        low, high = np.clip([center - reach, center + reach], -np.pi / 2, np.pi / 2)
+        theta_o = (low + high) / 2 + (high - low) / 2 * x
+        measure = ((high - low) / 2 * weight * np.cos(theta_o))[:, None] * in_phi
+        found = realtime.lobe(tier, fiber, p, theta_i, theta_o[:, None], phi)
+        total += (measure * found).sum()
+    return total
+
+
+def test_what_migrating_says_of_clear_fibers():
+    text = " ".join((FITS / "shaders" / "MIGRATION.md").read_text().split())
+    karis, ours = (
+        max(QUALITY[tier]["furnace"]["error"]["0 to 90"]["max"] for tier in some)
+        for some in (["karis2016"], realtime.FITTED)
+    )
+    assert f"by up to {karis:.2f} in Karis', {ours:.2f} here" in text
+    most = max(
+        albedo_of_a_smooth_fiber(tier, fj.Fiber(eta, 0.02, beta_n, TILT, None), theta_i)
+        for tier, eta, beta_n, theta_i in product(
+            realtime.FITTED, (1.45, 1.55), (0.05, 0.25, 0.49), np.radians([-80, 45])
+        )
+    )
+    bound = math.ceil(100 * (most - 1)) / 100
+    assert f"gives back up to {bound:.2f} more than it gets" in text
 
 
 @ours
@@ -235,8 +283,9 @@ def test_a_fit_finds_constants_it_was_given():
     (exact,) = weighed.lobes(truth, at, (0,))
     at = at._replace(exact=np.concatenate([exact[:, None], at.exact[:, 1:]], 1))
     start = forms.constants(form, forms.START)
-    _, error = tiers.solved(partial(weighed.of_lobe, p=0), start, at, 200)
-    before = float(jnp.linalg.norm(weighed.of_lobe(start, at, 0)))
+    residuals = partial(weighed.of_lobe, p=0)
+    _, error = tiers.solved(residuals, start, at, 200)
+    before = float(jnp.linalg.norm(residuals(start, at)))
     assert error < 0.02 < before
 
 
@@ -247,21 +296,52 @@ def test_a_fit_that_fails_says_so(monkeypatch):
         tiers.fit(forms.FORMS["light"], at, at, 2, 1)
 
 
+@pytest.fixture(scope="module")
+def at():
+    """Fewer points than the report's."""
+    return samples.samples(tiers.fibers()[::7], 32, seed=3)
+
+
 @ours
-def test_reports_are_those_of_the_constants(tier):
-    """On fewer points errors are about those of the report; rounding changes none."""
+def test_reports_are_those_of_the_constants(tier, at):
+    """On fewer points errors are about those of the report; rounding changes little."""
     entry = json.loads((FITS / "constants" / f"{tier}.json").read_text())
-    k = realtime.tier_of(tier).constants
-    chosen = tiers.fibers()[::7]
-    found = weighed.relative(k, samples.samples(chosen, 32, seed=3))
-    assert found.mean() == pytest.approx(entry["error"]["float64"]["mean"], rel=0.25)
-    assert entry["error"]["float32"] == entry["error"]["float64"]
-    half = entry["error"]["half"]["mean"]
-    assert half == pytest.approx(entry["error"]["float64"]["mean"], rel=0.1)
+    k, reported = realtime.tier_of(tier).constants, entry["error"]
+    found = {}
+    for name, dtype in (
+        ("float64", np.float64),
+        ("float32", np.float32),
+        ("half", np.float16),
+    ):
+        rounded = jax.tree.map(lambda x, dtype=dtype: float(dtype(x)), k)
+        found[name] = float(weighed.relative(rounded, at).mean())
+        assert found[name] == pytest.approx(reported[name]["mean"], rel=0.25)
+    assert found["float32"] == pytest.approx(found["float64"], rel=1e-4)
+    assert found["half"] == pytest.approx(found["float64"], rel=0.1)
     for errors in entry["starts"].values():
         reached = [e for e in errors if e is not None]
-        again = sum(e < 1.03 * min(reached) for e in reached)
+        again = sum(e < tiers.AGREE * min(reached) for e in reached)
         assert again >= 2, "one start alone comes near the least error"
+    assert entry["clear fiber above its limit"] <= 0
+
+
+@pytest.mark.slow
+@ours
+def test_no_clear_fiber_of_the_domain_gives_back_more(tier):
+    """At its corners, by a grid of angles that the fit does not know."""
+    k = realtime.tier_of(tier).constants
+    assert tiers.excess(k, tiers.grid(80, 40)) <= 0
+
+
+def test_what_is_judged_as_unseen_is_not_fitted():
+    fitted = [
+        (float(f.eta), float(f.beta_m), float(f.beta_n), float(abs(f.alpha)))
+        for f in tiers.fibers()
+    ]
+    widths = {(beta_m, beta_n) for _, beta_m, beta_n, _ in fitted}
+    for judged in (cases.UNSEEN_ROUGH | cases.MIXED).values():
+        assert judged not in widths
+    assert not {eta for eta, *_ in fitted} & set(cases.UNSEEN_ETA)
 
 
 TARGETS = {"light": (0.10, 0.10), "medium": (0.025, 0.04), "fine": (0.015, 0.04)}
@@ -269,15 +349,16 @@ TARGETS = {"light": (0.10, 0.10), "medium": (0.025, 0.04), "fine": (0.015, 0.04)
 
 
 @ours
-def test_targets_are_met_on_unseen_fibers(tier):
+def test_targets_are_met(tier):
+    """On fibers that are fitted, tilted too, and on others, at other eta too."""
     entry = QUALITY[tier]
     mean, most = TARGETS[tier]
-    unseen = entry["unseen"]
+    usual, unseen = entry["path"]["theta_t"], entry["unseen"]
     assert unseen["rough"]["mean"]["S"] <= mean
-    usual = entry["path"]["theta_t"]["mean"]["S"]
-    for eta in ("1.45", "1.5", "1.6", "1.65"):
-        assert unseen[f"eta {eta}"]["mean"]["S"] <= 1.5 * max(usual, mean)
-    for group in unseen.values():
+    for eta in cases.UNSEEN_ETA:
+        group = unseen[f"eta {eta}"]
+        assert group["mean"]["S"] <= 1.5 * max(usual["mean"]["S"], mean)
+    for group in (usual, entry["path"]["theta_t, tilted"], *unseen.values()):
         assert group["max"]["S"] <= most
         assert group["albedo"]["0 to 90"]["max"] <= 0.03
 
@@ -288,17 +369,21 @@ def test_a_clear_fiber_gives_back_no_more_than_it_gets(tier):
     assert furnace["above"] <= 0
 
 
-@ours
+@pytest.mark.parametrize("tier", ["medium", "fine"])
 def test_low_roughness_is_included(tier):
-    """But for TRT of light, which has no caustic, and its furnace beyond 80 degrees."""
+    """And the furnace to 90 degrees; light has neither the caustic nor the colors."""
     low, error = (
         QUALITY[tier]["path"]["theta_t"]["low"],
         QUALITY[tier]["furnace"]["error"],
     )
     assert low["TT"] <= 0.026
-    assert error["0 to 80"]["max"] <= 0.03
-    assert low["TRT"] <= (0.5 if tier == "light" else 0.25)
-    assert error["0 to 90"]["max"] <= (0.035 if tier == "light" else 0.03)
+    assert low["TRT"] <= 0.25
+    assert error["0 to 90"]["max"] <= 0.03
+
+
+def test_the_furnace_of_light_is_off_beyond_80_degrees():
+    error = QUALITY["light"]["furnace"]["error"]
+    assert error["0 to 80"]["max"] <= 0.03 < error["0 to 90"]["max"]
 
 
 RTXCR = 0.26, 43, 245
@@ -308,21 +393,24 @@ RTXCR = 0.26, 43, 245
 def test_nothing_published_is_left_on_the_front():
     """Ours at Karis' cost, 1.2 times it and a third more; dearer ones are better.
 
-    A special operation takes a GPU the time of four others. Where pairs are fused the
-    budget holds for each kind, too.
+    15 + 80, 18 + 102 and 20 + 130 special and other operations: those of a Karis
+    without guards and without azimuth in R. A special operation takes a GPU the time of
+    four others. Beside the Karis that is emitted, guards and all, as many times the
+    others as 102 and 130 are of 80, and none is dearer in one kind for the other.
     """
     errors = [QUALITY[t]["path"]["theta_t"]["mean"]["S"] for t in realtime.FITTED]
     assert errors == sorted(errors, reverse=True)
-    budgets = {"light": (15, 1), "medium": (18, 102 / 80), "fine": (20, 130 / 80)}
-    for counted, (tier, (special, room)) in product(
-        ("assembly", "spirv"), budgets.items()
-    ):
-        cost = realtime.cost(tier, counted)
-        others = room * realtime.cost("karis2016", counted).other
-        assert cost.special <= special
-        assert 4 * cost.special + cost.other <= 4 * special + others
-        if counted == "assembly":
-            assert cost.other <= others
+    budgets = {"light": (15, 80), "medium": (18, 102), "fine": (20, 130)}
+    for tier, (special, other) in budgets.items():
+        cost = realtime.cost(tier)
+        assert 4 * cost.special + cost.other <= 4 * special + other
+        for counted in ("assembly", "spirv"):
+            cost = realtime.cost(tier, counted)
+            others = other / 80 * realtime.cost("karis2016", counted).other
+            assert cost.special <= special
+            assert 4 * cost.special + cost.other <= 4 * special + others
+            if counted == "assembly":
+                assert cost.other <= others
     error, special, other = RTXCR
     assert max(errors) < error
     for tier in realtime.FITTED:

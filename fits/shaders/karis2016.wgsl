@@ -1,6 +1,7 @@
 // Hair of Karis 2016, as published: R + TT + TRT of a fiber.
 // Form: a Gaussian in sin theta times one exponential in cos phi per lobe.
 // It knows eta only in F and beta_n nowhere: eta' is fitted for eta = 1.55.
+// Domain: none is given; C in (0, 1], roughness to 1; shift is .035 there.
 // Constants: those published. Source: Karis 2016, Physically based hair
 // shading in Unreal.
 //
@@ -8,10 +9,11 @@
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
 // R + TT + TRT is off by 0.4376 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.6757; 0.4011 on other fibers, at
-// most 0.5544. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
-// 2.5 degrees: albedo off by at most 0.5645, 0.05831 above max(1, exact) at the most.
-// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 105
+// four colors and beta = .09, .25, .49, at most 0.6757; 0.3997 on fibers that
+// nothing was fitted to, at most 0.5544. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.5645, 0.05831
+// above max(1, exact) at the most.
+// hair_bsdf_hoisted takes 15 special operations (exp, rsqrt, ...) and 98
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 15 and
 // 136 in SPIR-V, nothing fused.
 //
@@ -54,15 +56,19 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.tilt_tt = -material.alpha;
     hair.tilt_trt = -4.0 * material.alpha;
     let beta = 1.4142135 * material.beta_m;
-    hair.narrow_r = -0.5 / (beta * beta);
+    let narrow = -0.5 / (beta * beta);
+    hair.narrow_r = 1.442695 * narrow;
     let peak = 0.3989423 / beta;
     hair.peak_r = 0.25 * peak;
     let beta_tt = 0.5 * material.beta_m;
-    hair.narrow_tt = -0.5 / (beta_tt * beta_tt);
-    hair.log_color = -4.0 * material.sigma_a;
+    let narrow_tt = -0.5 / (beta_tt * beta_tt);
+    hair.narrow_tt = 1.442695 * narrow_tt;
+    let log_color = -4.0 * material.sigma_a;
+    hair.log_color = 1.442695 * log_color;
     hair.peak_tt = 0.3989423 / beta_tt;
     let beta_trt = 2.0 * material.beta_m;
-    hair.narrow_trt = -0.5 / (beta_trt * beta_trt);
+    let narrow_trt = -0.5 / (beta_trt * beta_trt);
+    hair.narrow_trt = 1.442695 * narrow_trt;
     hair.peak_trt = 0.3989423 / beta_trt;
     return hair;
 }
@@ -77,7 +83,7 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_io: f32, cos_o: f32,
     let x2 = x * x;
     let F = hair.f0 + hair.f1 * (x2 * x2 * x);
     let off = (sin_i + sin_o - shift) * over_half_phi;
-    return hair.peak_r * F * exp(hair.narrow_r * (off * off));
+    return hair.peak_r * F * exp2(hair.narrow_r * (off * off));
 }
 
 // Through the fiber. (1 - F)^2 C^(cos gamma_t/(2 cos theta_d)) D(phi) at one offset h
@@ -95,7 +101,7 @@ fn hair_TT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_phi: f32,
     let off = sin_i + sin_o - hair.tilt_tt;
     let passes = 0.5 * sqrt(max(1.0 - sin_inside * sin_inside, 0.0)) * over_d;
     return hair.peak_tt * (passed * passed)
-        * exp(-3.65 * cos_phi - 3.98 + hair.narrow_tt * (off * off)
+        * exp2(-5.265837 * cos_phi - 5.741926 + hair.narrow_tt * (off * off)
         + passes * hair.log_color);
 }
 
@@ -110,7 +116,7 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_phi: f32, over_d: f
     let off = sin_i + sin_o - hair.tilt_trt;
     let passes = 0.8 * over_d;
     return hair.peak_trt * (passed * passed) * F
-        * exp(17.0 * cos_phi - 16.78 + hair.narrow_trt * (off * off)
+        * exp2(24.525816 * cos_phi - 24.208424 + hair.narrow_trt * (off * off)
         + passes * hair.log_color);
 }
 

@@ -1,6 +1,7 @@
 // Hair of Karis 2016, as published: R + TT + TRT of a fiber.
 // Form: a Gaussian in sin theta times one exponential in cos phi per lobe.
 // It knows eta only in F and beta_n nowhere: eta' is fitted for eta = 1.55.
+// Domain: none is given; C in (0, 1], roughness to 1; shift is .035 there.
 // Constants: those published. Source: Karis 2016, Physically based hair
 // shading in Unreal.
 // With the rest, all lobes above TRT as one. Constants of the rest: fits/tail.py
@@ -10,10 +11,13 @@
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
 // R + TT + TRT is off by 0.4376 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.6757; 0.4011 on other fibers, at
-// most 0.5544. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
-// 2.5 degrees: albedo off by at most 0.5645, 0.05831 above max(1, exact) at the most.
-// hair_bsdf_hoisted takes 17 special operations (exp, rsqrt, ...) and 127
+// four colors and beta = .09, .25, .49, at most 0.6757; 0.3997 on fibers that
+// nothing was fitted to, at most 0.5544. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.5645, 0.05831
+// above max(1, exact) at the most.
+// The rest itself is off by 0.06291 in L2, mean over fibers that nothing was
+// fitted to, at most 0.1361; its albedo by at most 0.01166 to 89 degrees.
+// hair_bsdf_hoisted takes 17 special operations (exp, rsqrt, ...) and 119
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 17 and
 // 169 in SPIR-V, nothing fused.
 //
@@ -64,31 +68,38 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.tilt_tt = -material.alpha;
     hair.tilt_trt = -4.0 * material.alpha;
     let z = 10.0 * (t - 0.21568628);
-    hair.q1 = exp(0.8244 * z - 0.3349);
-    hair.q0 = exp(0.8176 * z - 3.619);
+    hair.q1 = exp2(1.1893578 * z - 0.48315856);
+    hair.q0 = exp2(1.1795474 * z - 5.221113);
     let beta = 2.0 * material.beta_m;
     let beta2 = beta * beta;
     let v = beta2;
     let u = v / (v + 0.3);
-    hair.c = exp((-0.04524 * u - 1.832) * u + 1.837877) / v;
-    hair.o = exp((-1.501 * u + 1.514) * u - 0.175);
+    hair.c = exp2(1.442695 * (-0.04524 * u - 1.832) * u + 2.6514962) / v;
+    hair.o = exp2(1.442695 * (-1.501 * u + 1.514) * u - 0.25247163);
     let beta_r = 1.4142135 * material.beta_m;
-    hair.narrow_r = -0.5 / (beta_r * beta_r);
+    let narrow = -0.5 / (beta_r * beta_r);
+    hair.narrow_r = 1.442695 * narrow;
     let peak = 0.3989423 / beta_r;
     hair.peak_r = 0.25 * peak;
     let beta_tt = 0.5 * material.beta_m;
-    hair.narrow_tt = -0.5 / (beta_tt * beta_tt);
-    hair.log_color = -4.0 * material.sigma_a;
+    let narrow_tt = -0.5 / (beta_tt * beta_tt);
+    hair.narrow_tt = 1.442695 * narrow_tt;
+    let log_color = -4.0 * material.sigma_a;
+    hair.log_color = 1.442695 * log_color;
     hair.peak_tt = 0.3989423 / beta_tt;
-    hair.narrow_trt = -0.5 / beta2;
+    let narrow_trt = -0.5 / beta2;
+    hair.narrow_trt = 1.442695 * narrow_trt;
     hair.peak_trt = 0.3989423 / beta;
     let t_rest = tanh(1.0 / v);
-    let level = 0.07957747 * (1.0 + t_rest) * exp(0.8045 * z - 3.056) / (t_rest * v);
-    let less = level / (1.0 + exp(0.02108 * z + 1.207) * material.sigma_a);
+    let level = 0.07957747 * (1.0 + t_rest) * exp2(1.1606481 * z - 4.408876)
+        / (t_rest * v);
+    let less = level / (1.0 + exp2(0.030412013 * z + 1.7413329) * material.sigma_a);
     hair.K1 = material.sigma_a * less
-        * exp(-0.3889 * z + 0.652 - 6.258872 * material.sigma_a);
-    hair.K0 = less * exp(-(exp(-0.212 * z + 2.006) * material.sigma_a));
-    hair.narrow_rest = -0.5 / v;
+        * exp2(-0.5610641 * z + 0.9406372 - 9.029644 * material.sigma_a);
+    hair.K0 = less
+        * exp2(-1.442695 * exp2(-0.30585134 * z + 2.8940463) * material.sigma_a);
+    let narrow_rest = -0.5 / v;
+    hair.narrow_rest = 1.442695 * narrow_rest;
     return hair;
 }
 
@@ -102,7 +113,7 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_io: f32, cos_o: f32,
     let x2 = x * x;
     let F = hair.f0 + hair.f1 * (x2 * x2 * x);
     let off = (sin_i + sin_o - shift) * over_half_phi;
-    return hair.peak_r * F * exp(hair.narrow_r * (off * off));
+    return hair.peak_r * F * exp2(hair.narrow_r * (off * off));
 }
 
 // Through the fiber. (1 - F)^2 C^(cos gamma_t/(2 cos theta_d)) D(phi) at one offset h
@@ -120,7 +131,7 @@ fn hair_TT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_phi: f32,
     let off = sin_i + sin_o - hair.tilt_tt;
     let passes = 0.5 * sqrt(max(1.0 - sin_inside * sin_inside, 0.0)) * over_d;
     return hair.peak_tt * (passed * passed)
-        * exp(-3.65 * cos_phi - 3.98 + hair.narrow_tt * (off * off)
+        * exp2(-5.265837 * cos_phi - 5.741926 + hair.narrow_tt * (off * off)
         + passes * hair.log_color);
 }
 
@@ -135,7 +146,7 @@ fn hair_TRT(hair: HairConstants, sin_i: f32, sin_o: f32, cos_phi: f32, over_d: f
     let off = sin_i + sin_o - hair.tilt_trt;
     let passes = 0.8 * over_d;
     return hair.peak_trt * (passed * passed) * F
-        * exp(17.0 * cos_phi - 16.78 + hair.narrow_trt * (off * off)
+        * exp2(24.525816 * cos_phi - 24.208424 + hair.narrow_trt * (off * off)
         + passes * hair.log_color);
 }
 
@@ -153,7 +164,7 @@ fn hair_rest(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32,
     let quadratic = hair.q0 + Y * (hair.q1 + Y);
     let across = cos_i * cos_o;
     let square = Y * (hair.o + hair.c * across) * (quadratic * quadratic);
-    return Y * inverseSqrt(square) * exp(hair.narrow_rest * X)
+    return Y * inverseSqrt(square) * exp2(hair.narrow_rest * X)
         * (hair.K0 + Y * hair.K1);
 }
 

@@ -11,13 +11,14 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.02291 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.0354; 0.02092 on other fibers, at
-// most 0.02484. Furnace, the same beta and beta_n .05, eta 1.55, tilts to
-// 2.5 degrees: albedo off by at most 0.03205, 0.009277 below max(1, exact) at the most.
-// hair_bsdf_hoisted takes 10 special operations (exp, rsqrt, ...) and 103
+// R + TT + TRT is off by 0.02997 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.04583; 0.02835 on fibers that
+// nothing was fitted to, at most 0.04272. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.03177, 0.008834
+// below max(1, exact) at the most.
+// hair_bsdf_hoisted takes 10 special operations (exp, rsqrt, ...) and 98
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 10 and
-// 156 in SPIR-V, nothing fused.
+// 147 in SPIR-V, nothing fused.
 //
 // Emitted by fits/shaders.py.
 
@@ -53,12 +54,12 @@ struct HairConstants {
     float k_1;
     float k_square_tt;
     float k_qq;
+    float k_uq_tt;
     float k_uuq;
     float k_uuu;
     float k_uu;
+    float k_u_tt;
     vec3 k_q_tt;
-    vec3 k_uq_tt;
-    vec3 k_u_tt;
     float k_tilt_tt;
     vec3 K_tt;
     float k_square_trt;
@@ -78,20 +79,20 @@ HairConstants hair_constants(HairMaterial material) {
     float n = clamp(material.beta_n, 0.05, 0.49);
     float n2 = n * n;
     float b = 4.0 * n2;
-    float t_r = 0.3173785 + 0.1512374 * b;
-    float beta_n = n + 0.09940944;
+    float t_r = 0.1708128 + 0.2083753 * b;
+    float beta_n = n + 0.1984161;
     float beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + t_r * t_r * beta_n2;
-    hair.kP = 1.00001 + 0.65308636 * beta_n2;
+    hair.kP = 1.00001 + 0.35291287 * beta_n2;
     float m = clamp(material.beta_m, 0.09, 0.49);
     float m4 = 4.0 * (m * m);
     float width = min(material.beta_m, 0.8);
-    float over_v = max(1.0 / (width * width) - 0.08159353, 1e-05);
+    float over_v = max(1.0 / (width * width) - 0.08185026, 1e-05);
     float t_r_2 = cos_tilt * over_v;
-    hair.slope_r = (1.756416 - 0.1269671 * m4) * t_r_2;
-    hair.slope_r_2 = (4.070329 + m4 * (0.3771741 * m4 - 1.143646)) * t_r_2;
-    hair.offset = 0.6913911 * m4 - 0.8197931;
-    float t_r_3 = 3.697722 - 0.3739951 * b;
+    hair.slope_r = (1.730023 - 0.2549845 * m4) * t_r_2;
+    hair.slope_r_2 = (3.982309 + m4 * (0.05824244 * m4 - 0.9788089)) * t_r_2;
+    hair.offset = 0.7782779 * m4 - 0.767076;
+    float t_r_3 = 3.801265 - 0.1869192 * b;
     hair.kF = t_r_3 * t_r_3;
     float t_tt = clamp(-material.alpha, -1.2, 1.2);
     float cos_tilt_tt = cos(t_tt);
@@ -101,9 +102,10 @@ HairConstants hair_constants(HairMaterial material) {
     float m_tt = clamp(2.0 * t_2, 0.09, 0.49);
     float m4_tt = 4.0 * (m_tt * m_tt);
     float e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    hair.k_near_tt = 0.2562134 - 0.1116048 * m4_tt - 0.02594531 * b - 0.001565644 * e;
-    float t_tt_2 = -0.1266517 * m4_tt - 0.008644564 - 0.0001121835 * b;
-    hair.flat_tt = t_tt_2 * t_tt_2 + 1e-05;
+    float t_tt_2 = 0.5188667 - 0.1249682 * m4_tt - 0.04764007 * b - 0.003031369 * e;
+    hair.k_near_tt = t_tt_2 * t_tt_2 + 1e-05;
+    float t_tt_3 = 0.01216999 + 0.1138737 * m4_tt + 0.00166386 * b;
+    hair.flat_tt = t_tt_3 * t_tt_3 + 1e-05;
     float t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     float cos_tilt_trt = cos(t_trt);
     hair.tan_tilt_trt = sin(t_trt) / cos_tilt_trt;
@@ -111,15 +113,16 @@ HairConstants hair_constants(HairMaterial material) {
     float t_3 = 2.0 * material.beta_m;
     float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
-    hair.k_near_trt = 0.05001431 - 0.0003352716 * m4_trt - 0.05434815 * b;
-    float t_trt_2 = 0.06810875 + 0.6391118 * m4_trt + 0.01850535 * b;
-    hair.flat_trt = t_trt_2 * t_trt_2 + 1e-05;
+    float t_trt_2 = 0.05859979 * m4_trt - 0.2492428 + 0.2138844 * b;
+    hair.k_near_trt = t_trt_2 * t_trt_2 + 1e-05;
+    float t_trt_3 = 0.07176988 + 0.6609514 * m4_trt - 0.008832905 * b;
+    hair.flat_trt = t_trt_3 * t_trt_3 + 1e-05;
     float scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_PP = 1.442695 * (0.03201951 - 0.01068114 * b - 0.01127928 * e);
-    hair.k_P = 1.442695 * (0.06819837 * b - 0.3309972 + 0.1105441 * e);
+    hair.k_PP = 1.442695 * (0.0268441 - 0.007241042 * b - 0.01201577 * e);
+    hair.k_P = 1.442695 * (0.0522293 * b - 0.2932371 + 0.1159653 * e);
     float k_1 = 1.442695
-        * (m4 * (0.03803535 - 0.02319226 * m4) - 2.075721 - 0.07536786 * (b * b));
+        * (m4 * (0.06658984 - 0.05699771 * m4) - 2.067357 - 0.05932098 * (b * b));
     float t_r_4 = sin(0.5 * t);
     float less = 2.0 * (t_r_4 * t_r_4);
     float k_tilt = -(scale * less);
@@ -128,52 +131,50 @@ HairConstants hair_constants(HairMaterial material) {
     float width_tt = min(t_2, 0.4);
     float over_v_tt = 1.0 / (width_tt * width_tt);
     float scale_tt = 1.442695
-        * (over_v_tt - 0.2197502 + m4_tt * (0.7739776 - 0.6039103 * m4_tt));
+        * (over_v_tt - 0.01869035 + m4_tt * (4.342201 - 4.320659 * m4_tt));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
     hair.k_qq = 1.442695
-        * (-0.01890691 * m4_tt - 0.09645909 + 0.03933469 * b + 0.01373706 * e);
-    hair.k_uuq = 1.442695 * (b * (0.08723808 + 0.2014082 * b) - 0.4475813);
-    hair.k_uuu = 1.442695 * (0.5416923 * b - 0.9560234);
-    hair.k_uu = 1.442695 * (1.53735 * b - 2.537116 + 0.0872503 * e);
+        * (-0.01838576 * m4_tt - 0.08046484 + 0.01760948 * b + 0.01412421 * e);
+    hair.k_uq_tt = 1.442695
+        * (1.094101 * b - 2.129652 + e * (0.2555995 - 0.1191391 * b));
+    hair.k_uuq = 1.442695 * (b * (0.333206 * b - 0.1637873) - 0.5157183);
+    hair.k_uuu = 1.442695 * (0.5521527 * b - 0.9729293);
+    hair.k_uu = 1.442695 * (1.540592 * b - 2.572102 + 0.04169943 * e);
+    hair.k_u_tt = 1.442695
+        * (b * (2.296149 - 0.291828 * b) - 4.24649
+        + e * (0.4025405 - 0.2377735 * b - 0.0199709 * e));
     vec3 t_r_5 = min(material.sigma_a, vec3(1.15));
     hair.k_q_tt = 1.442695
-        * (0.7916568 * t_r_5 - 1.333236
-        + b * (1.115953 - 0.2191718 * b - 0.2633646 * t_r_5)
-        + e * (0.2876831 - 0.180724 * b - 0.1392501 * t_r_5));
-    hair.k_uq_tt = 1.442695
-        * (0.474208 * t_r_5 - 2.115258 + b * (1.275485 - 0.2663502 * t_r_5)
-        + e * (0.3173888 - 0.1923576 * b - 0.0939209 * t_r_5));
-    hair.k_u_tt = 1.442695
-        * (0.3631818 * t_r_5 - 4.275901
-        + b * (2.302692 - 0.2470864 * b - 0.2604499 * t_r_5)
-        + e * (0.4644159 - 0.2076848 * b - 0.05009557 * e - 0.02930194 * t_r_5));
-    float t_tt_3 = sin(0.5 * t_tt);
-    float less_tt = 2.0 * (t_tt_3 * t_tt_3);
+        * (0.3557879 * t_r_5 - 1.300882
+        + b * (1.150982 - 0.3018914 * b + 0.002798805 * t_r_5)
+        + e * (0.2349746 - 0.1254078 * b - 0.02621052 * t_r_5));
+    float t_tt_4 = sin(0.5 * t_tt);
+    float less_tt = 2.0 * (t_tt_4 * t_tt_4);
     hair.k_tilt_tt = -(scale_tt * less_tt);
     float peak = 0.3989423 / width_tt;
-    vec3 t_tt_4 = material.sigma_a - t_r_5;
+    vec3 t_tt_5 = material.sigma_a - t_r_5;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.2710513 - 0.1906333 * b - 0.04619967 * e) - 3.37495
-        - 1.866313 * t_r_5 + b * (1.071507 - 0.2282997 * b - 0.214909 * t_r_5)
-        - 2.0 * t_tt_4));
+        * (e * (0.2505727 - 0.2058252 * b - 0.02162647 * e) - 3.330655
+        - 2.184515 * t_r_5 + b * (1.093007 - 0.2976323 * b - 0.0004484952 * t_r_5)
+        - 2.0 * t_tt_5));
     float width_trt = min(t_3, 1.6);
     float over_v_trt = 1.0 / (width_trt * width_trt);
-    float scale_trt = 1.442695 * (over_v_trt + 0.1175529 - 0.3937567 * m4_trt);
+    float scale_trt = 1.442695 * (over_v_trt - 0.2932023 + 0.1018661 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     float r = 1.0 / (1.0 + 20.0 * n2);
     hair.k_q_trt = 1.442695
-        * (0.04223387 - 0.1832062 * m4_trt + 0.2357838 * r + 0.1281948 * e);
-    hair.k_uq_trt = 1.442695 * (r * (18.05268 - 5.783706 * r) - 1.188306);
-    hair.k_u_trt = 1.442695 * (0.3437163 + r * (15.6796 - 4.579366 * r));
-    float t_trt_3 = sin(0.5 * t_trt);
-    float less_trt = 2.0 * (t_trt_3 * t_trt_3);
+        * (0.05665622 - 0.1499474 * m4_trt + 0.2250246 * r + 0.1332936 * e);
+    hair.k_uq_trt = 1.442695 * (r * (16.99983 - 3.820438 * r) - 0.958125);
+    hair.k_u_trt = 1.442695 * (0.6032372 + r * (14.24246 - 2.4444 * r));
+    float t_trt_4 = sin(0.5 * t_trt);
+    float less_trt = 2.0 * (t_trt_4 * t_trt_4);
     hair.k_tilt_trt = -(scale_trt * less_trt);
     float peak_trt = 0.3989423 / width_trt;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.591619 * m4_trt - 2.608593 + 0.2998125 * r - 0.4452766 * b
-        + 0.1262998 * e - 4.119149 * t_r_5 - 4.0 * t_tt_4));
+        * (0.6126675 * m4_trt - 2.708175 + 0.4116416 * r - 0.3900333 * b
+        + 0.1121492 * e - 4.089178 * t_r_5 - 4.0 * t_tt_5));
     return hair;
 }
 
@@ -197,7 +198,7 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float P = Y * (cos_phi + hair.kP);
     float t = abs(a);
     float square_size = T_2
-        * max(0.6586193 + hair.slope_r * t, hair.offset + hair.slope_r_2 * t)
+        * max(0.6619733 + hair.slope_r * t, hair.offset + hair.slope_r_2 * t)
         * (1.0 + hair.kF * P);
     return T_2 * inversesqrt(square_size)
         * exp2(hair.k_1 + hair.k_square_r * square + P * (hair.k_P + hair.k_PP * P));
@@ -224,8 +225,10 @@ vec3 hair_TT(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float rise = Y * inversesqrt(square_rise);
     return rise * hair.K_tt
         * exp2(hair.k_tilt_tt + hair.k_square_tt * square + hair.k_qq * (q * q)
-        + cos_phi * cos_phi * (hair.k_uu + hair.k_uuq * q + hair.k_uuu * cos_phi)
-        + q * hair.k_q_tt + cos_phi * (hair.k_u_tt + q * hair.k_uq_tt));
+        + cos_phi
+        * (hair.k_u_tt + hair.k_uq_tt * q
+        + cos_phi * (hair.k_uu + hair.k_uuq * q + hair.k_uuu * cos_phi))
+        + q * hair.k_q_tt);
 }
 
 // Reflected inside: a factor as that of TT, and one or two exponentials of polynomials

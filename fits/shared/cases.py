@@ -34,9 +34,9 @@ UNSEEN_COLORS = {
     "red": (0.6, 0.2, 0.05),
     "dark": (0.05, 0.03, 0.02),
 }
-UNSEEN_ROUGH = _rough(0.35, 0.45, 0.6)
+UNSEEN_ROUGH = _rough(0.35, 0.45, 0.55)
 MIXED = {"mixed": (0.12, 0.3)}
-UNSEEN_ETA = 1.45, 1.5, 1.6, 1.65
+UNSEEN_ETA = 1.46, 1.52, 1.58, 1.64
 """What nothing is fitted to."""
 
 

@@ -6,6 +6,7 @@ A coefficient is a string of monomials in what `fiberjax.exponential.features` n
 
 from typing import Any
 
+import jax
 import numpy as np
 
 _R_LIGHT = {
@@ -73,9 +74,13 @@ _TT_LIGHT = {
         {
             **_TT_MEDIUM["terms"][0],
             "exponent": {
-                key: coefficient
-                for key, coefficient in _TT_MEDIUM["terms"][0]["exponent"].items()
-                if key not in ("uuuq", "qqq")
+                "u": "1 b bb e be ee",
+                "q": "1 b bb e be s bs es",
+                "uq": "1 b e be",
+                "uu": "1 b e",
+                "uuu": "1 b",
+                "uuq": "1 b bb",
+                "qq": "1 b e m",
             },
         }
     ],
@@ -161,33 +166,38 @@ START: dict[str, Any] = {
         "exponent": {"1": {"1": -2.0}, "x": {"1": -1.4}},
     },
     "TT": {
-        "rise": {"Y": {"1": 0.2}, "a": {"1": 0.2}},
+        "rise": {"Y": {"1": 0.45}, "a": {"1": 0.2}},
         "terms": [{"K": {"1": -3.0, "s": -2.0}, "exponent": {"u": {"1": -4.0}}}],
     },
     "TRT": {
-        "rise": {"Y": {"1": 0.2}, "a": {"1": 0.2, "m": 0.3}},
+        "rise": {"Y": {"1": 0.28, "m": -0.1}, "a": {"1": 0.06, "m": 0.38}},
         "terms": [
             {
-                "K": {"1": -3.0, "s": -4.0},
+                "K": {"1": -2.6, "b": -0.7, "m": 0.73, "rr": -0.45, "s": -4.9},
                 "exponent": {
-                    "u": {"1": 1.0, "r": 4.0},
-                    "uq": {"1": 2.0},
-                    "q": {"1": -1.0},
+                    "u": {"1": 5.1, "b": -2.6, "r": 2.6, "rr": 0.8},
+                    "uq": {"1": 5.2, "b": -3.4, "r": 4.2},
+                    "q": {"1": -0.14, "b": -1.1, "m": 0.87, "r": -1.2},
+                    "uu": {"1": -1.3, "b": 0.77},
+                    "qq": {"1": -0.55, "r": -0.52},
                 },
+                "over_v": {"m": 0.44},
             },
             {
-                "K": {"1": -4.0, "s": -4.0},
+                "K": {"1": -4.6, "r": 2.4, "s": -3.3},
                 "exponent": {
-                    "u": {"r": 30.0},
-                    "uq": {"r": -20.0},
-                    "uu": {"r": -30.0},
-                    "q": {"1": 1.0},
+                    "u": {"1": -0.4, "e": -4.9, "er": 29.0, "r": 12.0, "rr": 73.0},
+                    "uq": {"1": 2.6, "r": 3.3, "rr": -116.0},
+                    "uu": {"1": -16.0, "e": -0.56, "r": 186.0, "rr": -549.0},
+                    "q": {"1": 1.9, "er": 0.9},
+                    "qq": {"1": -0.66, "r": -1.5},
                 },
+                "over_v": {"m": -0.41},
             },
         ],
     },
 }
-"""What is not 0. The coefficients of TRT's terms differ, or they would stay equal."""
+"""What is not 0; of TRT, two digits of the best of many starts."""
 
 
 def constants(form: Any, start: Any, noise: Any = lambda: 0.0) -> Any:
@@ -202,6 +212,12 @@ def constants(form: Any, start: Any, noise: Any = lambda: 0.0) -> Any:
         starts = [*(start or []), *len(form) * [None]]
         return [constants(*pair, noise) for pair in zip(form, starts, strict=False)]
     return {key: constants(x, (start or {}).get(key), noise) for key, x in form.items()}
+
+
+def moved(k: Any, seed: int, spread: float) -> Any:
+    """Constants times normal numbers about 1; as they are for the first seed."""
+    one = noise(seed, spread)
+    return jax.tree.map(lambda x: x * (1 + one()), k)
 
 
 def noise(seed: int, deviation: float) -> Any:

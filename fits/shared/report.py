@@ -84,10 +84,16 @@ def fit(problem: Problem, start: Any, max_steps: int) -> tuple[dict[str, Any], M
 
 def errors(problem: Problem, place: Callable, k: Sequence[float]) -> dict[str, Any]:
     """Largest error, root mean square and where, of constants k."""
+    at = measure(problem, np.asarray(k, float)).at
+    return {**summary(problem, k), "max_at": placed(place(at))}
+
+
+def summary(problem: Problem, k: Any) -> dict[str, float]:
+    """Largest error and root mean square of constants k."""
     m = measure(problem, np.asarray(k, float))
     if not np.isfinite([m.max, m.rms]).all():
         raise FitError(f"the error of constants {tuple(k)} is not finite")
-    return {"max": rounded(m.max), "rms": rounded(m.rms), "max_at": placed(place(m.at))}
+    return {"max": rounded(m.max), "rms": rounded(m.rms)}
 
 
 def certificate(study: Study, best: Minimax) -> dict[str, Any]:
@@ -136,6 +142,10 @@ def measured(study: Study, max_steps: int) -> tuple[dict[str, Any], list[str]]:
         "published": study.published._asdict(),
         "error": {
             name: errors(study.problem, study.place, k) for name, k in sets.items()
+        },
+        "in half": {
+            name: summary(study.problem, np.asarray(k, np.float16))
+            for name, k in sets.items()
         },
         "norm": study.norm,
         "domain": study.domain,

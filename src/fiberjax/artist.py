@@ -113,31 +113,39 @@ def shade(
 
 
 def environment(
-    artist: Artist, theta_o: Reals, *, wider: Reals = 0.2, k: Constants = PUBLISHED
+    artist: Artist,
+    theta_o: Reals,
+    *,
+    theta_i: Reals = 0.0,
+    phi: Reals = 0.0,
+    wider: Reals = 0.2,
+    k: Constants = PUBLISHED,
 ) -> Floats:
-    """What an environment adds, over its radiance from the fake normal.
+    """What an environment adds, over its radiance from one direction.
 
-    pi times the model under a light in that direction, across the tangent and on the
-    side of the eye, with R times saturate(w_i . w_o + 1), without TT, and each beta_m
-    `wider`.
+    pi times the model under a light there, with R times saturate(w_i . w_o + 1),
+    without TT, and each beta_m `wider`.
 
     Args:
         artist: base color, specular, roughness, scatter and shift.
         theta_o: inclination of the direction towards the eye in radians.
+        theta_i, phi: the direction that the environment is sampled in, inclination and
+            azimuth from the eye in radians; by default the fake normal, across the
+            tangent on the side of the eye, where the factor of R is 1.
         wider: what is added to each beta_m, in radians.
         k: the constants.
 
     Returns:
-        Shape of theta_o + (3,).
+        Shape broadcast(angles) + (3,).
 
     Raises:
         ValueError: base_color does not end in an axis of 3.
 
     Reference: Karis 2016, "Environment lighting".
     """
-    artist, (theta_o, wider) = _prepare(artist, theta_o, wider)
-    none, one = jnp.zeros_like(theta_o), jnp.ones_like(theta_o)
-    at, hair = of_angles(none, theta_o, none), of_artist(artist, wider)
+    artist, (*angles, wider) = _prepare(artist, theta_i, theta_o, phi, wider)
+    at = of_angles(*jnp.broadcast_arrays(*angles))
+    hair, one = of_artist(artist, wider), jnp.ones_like(at.cos_io)
     color, specular, _, scatter, _ = artist
     seen = jnp.clip(at.cos_io + 1, 0, 1)[..., None]
     light = specular * seen * R(k, hair, at) + TRT(k, hair, at)

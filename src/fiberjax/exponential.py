@@ -211,14 +211,15 @@ def R(k: Any, hair: Hair, at: Geometry) -> Floats:
 def _through(p: int, k: Any, hair: Hair, at: Geometry) -> Floats:
     """M N of TT or TRT, colors last.
 
-    Y rsqrt((Y + k0)^2 (a + k1)) sum_j K_j 2^(polynomial in u and q), times
+    Y rsqrt((Y + k0^2)^2 (a + k1^2)) sum_j K_j 2^(polynomial in u and q), times
     the exponential of M; in TRT, u is cos phi - 1.
     """
     of, turned = features(hair, p), cone(hair.tilt[p], at)
     beta_m = width(hair, p)
     over_v = checkpoint_name(1 / (beta_m * beta_m), "over_v")
     peak = checkpoint_name(1 / (math.sqrt(2 * math.pi) * beta_m), "peak")
-    k_near = checkpoint_name(polynomial(k["rise"]["Y"], of), "k_near")
+    # A square: below 0 it would be a pole.
+    k_near = checkpoint_name(polynomial(k["rise"]["Y"], of) ** 2 + _LEAST, "k_near")
     near = checkpoint_name(at.Y + k_near, "near")
     flat = checkpoint_name(polynomial(k["rise"]["a"], of) ** 2 + _LEAST, "flat")
     below = checkpoint_name(near * near * (turned.a + flat), "square_rise")

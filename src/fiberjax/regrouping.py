@@ -2,10 +2,12 @@
 
 Factors that depend on the material alone come together, and so do terms; they are
 computed before the directions are known. Numbers come before colors, divisors become
-one, exp(a) exp(b) becomes exp(a + b). This is the algebra of real numbers, not of
+one, exp(a) exp(b) becomes exp2(a log2(e) + b log2(e)), the factor of e in what the
+material decides if it can be. This is the algebra of real numbers, not of
 rounding: named values are left as they are, and so are values that are used twice.
 """
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 
@@ -13,7 +15,10 @@ import numpy as np
 
 from fiberjax.expression import MATERIAL, Graph, Node
 
-_PRODUCTS = ("mul", "div", "neg", "exp")
+_EXPONENTIALS = {"exp": 1 / math.log(2), "exp2": 1.0}
+"""What an exponent is multiplied by to be one of 2, as a GPU has it."""
+
+_PRODUCTS = ("mul", "div", "neg", *_EXPONENTIALS)
 _SUMS = ("add", "sub")
 
 
@@ -35,12 +40,12 @@ def _multiplied(x: Node) -> bool:
 
 
 class _Product:
-    """constant prod_i base_i^power_i prod_k exp(power_k exponent_k)."""
+    """constant prod_i base_i^power_i prod_k 2^(factor_k exponent_k)."""
 
     def __init__(self):
         self.constant = np.float64(1.0)
         self.powers: Counter[Node] = Counter()
-        self.exponents: list[tuple[int, Node]] = []
+        self.exponents: list[tuple[float, Node]] = []
 
 
 def regrouped(root: Node) -> Node:
@@ -97,8 +102,8 @@ class _Regrouping:
         elif free and x.op == "neg":
             into.constant = into.constant * (-1.0) ** power
             self._factors(x.args[0], power, into)
-        elif free and x.op == "exp":
-            into.exponents.append((power, x.args[0]))
+        elif free and x.op in _EXPONENTIALS:
+            into.exponents.append((power * _EXPONENTIALS[x.op], x.args[0]))
         else:
             self._regrouped_factor(self.of(x), power, into)
 
@@ -116,8 +121,8 @@ class _Regrouping:
         for known in (True, False):
             group = [x for x in parts.exponents if (x[1].level <= MATERIAL) == known]
             if group:
-                exponent = self._sum([(1, self._times(n, x)) for n, x in group])
-                self._regrouped_factor(graph.make("exp", exponent), 1, parts)
+                terms = [term for n, x in group for term in self._scaled(n, x)]
+                self._regrouped_factor(graph.make("exp2", self._sum(terms)), 1, parts)
         known = {x: n for x, n in parts.powers.items() if x.level <= MATERIAL}
         rest = {x: n for x, n in parts.powers.items() if x.level > MATERIAL}
         minus = bool(np.all(parts.constant == -1))
@@ -125,8 +130,15 @@ class _Regrouping:
         found = self._quotient(self._quotient(constant, known), rest)
         return graph.make("neg", found) if minus else found
 
-    def _times(self, n: int, x: Node) -> Node:
-        return x if n == 1 else self._graph.make("mul", self._graph.constant(n), x)
+    def _scaled(self, n: float, x: Node, sign: int = 1) -> list[tuple[int, Node]]:
+        """n x as terms, each with the factor: it joins those that a term has."""
+        if n == 1:
+            return [(sign, x)]
+        if self.uses[x] <= 1 and x.op in ("add", "sub"):
+            other = sign if x.op == "add" else -sign
+            first, second = x.args
+            return self._scaled(n, first, sign) + self._scaled(n, second, other)
+        return [(sign, self._graph.make("mul", self._graph.constant(n), x))]
 
     def _quotient(self, front: Node, powers: dict[Node, int]) -> Node:
         """front prod_i base_i^power_i, numbers before colors, divided once."""
