@@ -145,3 +145,21 @@ def test_defaults_and_names():
         hair = mitsuba.load_dict({"type": "hair", "int_ior": name, "ext_ior": "vacuum"})
         assert mitsuba.traverse(hair)["eta"] == pytest.approx(index, rel=1e-7)
         assert float(convert.mitsuba(int_ior=name, ext_ior=1.0).eta) == index
+
+
+def test_what_its_sampler_and_its_clear_fiber_get_wrong():
+    """Rows `mitsuba_residual` and `mitsuba_nan` of the errata, on the plugin."""
+    mitsuba.set_variant("scalar_rgb")
+    clear = {"type": "rgb", "value": [0.0, 0.0, 0.0]}
+    hair = mitsuba.load_dict({"type": "hair", "sigma_a": clear})
+    context, at = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
+    theta = np.radians(80)
+    at.wi = [-0.5 * np.cos(theta), np.sin(theta), np.sqrt(0.75) * np.cos(theta)]
+    for u in (0.2, 0.5, 0.8):
+        draw, _ = hair.sample(context, at, 0.9999, [u, 0.3])
+        assert abs(draw.wo[1]) < 1e-6
+        draw, _ = hair.sample(context, at, 0.01, [u, 0.3])
+        assert draw.wo[1] < -0.5
+    at.wi = [-1.0, 0.0, 0.0]
+    forward = mitsuba.Vector3f(-1.0, 0.0, 0.0)
+    assert max(hair.eval(context, at, forward)) == 0
