@@ -1,6 +1,7 @@
 """Converters against the formulas that each system documents, written here again."""
 
 import math
+from functools import partial
 from typing import Any
 
 import jax
@@ -117,14 +118,18 @@ def test_M_of_renderers_is_ours(system):
         np.testing.assert_allclose(ratio, ratio[0, 0], atol=1e-9)
 
 
-def half_angle(shifts, widths):
-    """Log of a Gaussian in theta_h."""
+def rtxcr_M(p, given, other, alpha, roughness):
+    """Of normal incidence at phi = 0; the deviations are those of theta_h."""
+    beta = (math.sqrt(2) / 2, 0.25 * math.sqrt(1.55**2 - 1), 1.0)[p] * roughness
+    off = (given + other) / 2 + (1, -0.5, -1.5)[p] * alpha
+    return -(off**2) / (2 * beta**2)
 
-    def of(p, given, other, alpha, beta):
-        off = (given + other) / 2 - shifts[p] * alpha
-        return -(off**2) / (2 * (widths[p] * beta) ** 2)
 
-    return of
+def unity_M(p, given, other, alpha, perceptual_roughness):
+    """Its Gaussian takes PerceptualRoughnessToRoughness of r, r/2 and 2 r as it is."""
+    roughness = (perceptual_roughness * (1, 0.5, 2)[p]) ** 2
+    off = (given + other) / 2 - (-1, 0.5, 1.5)[p] * alpha
+    return -(off**2) / (2 * roughness)
 
 
 def karis_M(p, given, other, alpha, beta):
@@ -132,17 +137,16 @@ def karis_M(p, given, other, alpha, beta):
     return -(off**2) / (2 * (CHIANG[p] * beta) ** 2)
 
 
-RTXCR_WIDTHS = (math.sqrt(2) / 2, 0.25 * math.sqrt(1.55**2 - 1), 1.0)
 GAUSSIAN = {
     "unity": (
-        convert.unity(0.9, 0.7, 1.0, (0.1, 0.2, 0.3)),
-        half_angle((-1, 0.5, 1.5), (1, 0.25, 4)),
-        0.01,
+        convert.unity(0.98, 0.7, 1.0, (0.1, 0.2, 0.3)),
+        unity_M,
+        0.02,
     ),
     "karis": (convert.karis((0.5, 0.4, 0.3), 0.1, DEG), karis_M, 0.01),
     "rtxcr": (
-        convert.rtxcr(0.02, 1.0, absorption=0.2),
-        half_angle((-1, 0.5, 1.5), RTXCR_WIDTHS),
+        convert.rtxcr(0.02, 1.0, absorption_coefficient=0.2),
+        rtxcr_M,
         0.02,
     ),
 }
@@ -192,6 +196,8 @@ def test_numbers_of_mitsuba():
     close(convert.mitsuba(sigma_a=(0.2, 0.25, 0.7), scale=200.0).sigma_a, [40, 50, 140])
     close(convert.mitsuba(eumelanin=0.2).sigma_a, [0.1212, 0.2194, 0.484])
     close(convert.mitsuba(eumelanin=0.2, scale=9.0).sigma_a, [0.1212, 0.2194, 0.484])
+    close(convert.mitsuba(int_ior="Diamond", ext_ior="water").eta, 2.419 / 1.333)
+    close(convert.to_mitsuba(fj.Fiber(), ext_ior="water").int_ior, 1.55 * 1.333)
 
 
 def test_numbers_of_cycles():
@@ -210,6 +216,42 @@ def test_numbers_of_cycles():
     thin = 0.726e-3 + 0.812e-6
     close(lobes(convert.cycles(coat=1.0), "widths_m")[0], thin / V)
     close(convert.cycles(roughness=0.0).beta_m, thin)
+    close(convert.cycles(melanin_redness=1.0).sigma_a, brown.sigma_a)
+    bright = convert.cycles(color=(2.0, 0.5, 1.0)).sigma_a
+    close(bright, (np.log([2.0, 0.5, 1]) / D) ** 2)
+
+
+def test_random_hair_of_cycles():
+    """svm_node_closure_bsdf, with what it makes of the two factors."""
+    for random in (0.0, 0.3, 1.0):
+        rough = 1 + 2 * (random - 0.5) * 0.4
+        for color in (0.25, 3.0):
+            dark = 1 + 2 * (random - 0.5) * min(color, 1.0)
+            fiber = convert.cycles(
+                0.3,
+                0.2,
+                melanin=0.6,
+                melanin_redness=0.25,
+                tint=(0.5, 1.0, 1.0),
+                random=random,
+                random_color=color,
+                random_roughness=0.4,
+            )
+            b, n = 0.3 * rough, 0.2 * rough
+            close(fiber.beta_m, 0.726 * b + 0.812 * b**2 + 3.7 * b**20)
+            close(fiber.beta_n, 0.265 * n + 1.194 * n**2 + 5.372 * n**22)
+            quantity = -math.log(max(1 - 0.6 * dark, 1e-4))
+            table = 0.75 * np.asarray([0.506, 0.841, 1.653])
+            table += 0.25 * np.asarray([0.343, 0.733, 1.924])
+            slope = 5.969 - 0.215 * n + 2.532 * n**2 - 10.73 * n**3 + 5.574 * n**4
+            slope += 0.245 * n**5
+            dye = np.asarray([(math.log(0.5) / slope) ** 2, 0, 0])
+            close(fiber.sigma_a, quantity * table + dye)
+    many = jax.vmap(lambda x: convert.cycles(random=x, random_roughness=0.4))
+    fibers = many(jnp.asarray([0.1, 0.5, 0.9]))
+    close(fibers.beta_m[1], V)
+    assert isinstance(fibers.sigma_a, jax.Array)
+    assert fibers.sigma_a.shape == (3, 3)
 
 
 def test_numbers_of_materialx():
@@ -227,7 +269,15 @@ def test_numbers_of_materialx():
     color = convert.materialx(color=(0.0, 0.5, 2.0), azimuthal_roughness=0.3)
     close(color.sigma_a, (np.log([1e-3, 0.5, 1]) / D) ** 2)
     melanin = convert.materialx(melanin_concentration=0.25, melanin_redness=0.5)
-    close(melanin.sigma_a, -math.log(0.75) / 2 * np.asarray([0.606, 1.097, 2.42]))
+    brown, red = (0.657704, 0.498077, 0.254106), (0.829443, 0.670320, 0.349937)
+    close(melanin.sigma_a, math.log(0.75) / 2 * np.log([brown, red]).sum(0))
+    close(melanin.sigma_a, -math.log(0.75) / 2 * np.asarray([0.606, 1.097, 2.42]), 3e-6)
+    redder = convert.materialx(melanin_redness=0.8)
+    close(redder.sigma_a, math.log(0.75) * (0.2 * np.log(brown) + 0.8 * np.log(red)))
+    own = convert.materialx(eumelanin_color=(0.1, 0.2, 4.0), melanin_redness=0.0)
+    close(own.sigma_a, math.log(0.75) * np.log([0.1, 0.2, 1.0]))
+    white = convert.materialx(azimuthal_roughness=0.3)
+    close(white.sigma_a, [0, 0, 0])
 
 
 def test_numbers_of_tungsten():
@@ -242,15 +292,21 @@ def test_numbers_of_tungsten():
 
 def test_numbers_of_engines():
     fiber = convert.unity(0.5, 0.7, 3.0, eumelanin=1.3)
-    close([fiber.beta_m, fiber.beta_n, fiber.alpha], [0.5, S, -3 * DEG], rtol=1e-12)
+    close([fiber.beta_m, fiber.beta_n, fiber.alpha], [1.0, S, -3 * DEG], rtol=1e-12)
+    close(lobes(fiber, "widths_m"), [1, 0.5, 2, 2])
     close(lobes(fiber, "tilts"), [2, -1, -3, 0])
-    close(fiber.sigma_a, [0.5447, 0.9061, 1.781])
-    close(convert.unity(1.0, 1.0, 3.0, 0.5).beta_m, 2e-4)
-    color = convert.unity(0.5, 0.7, 3.0, diffuse_color=(0.1, 0.5, 1.0)).sigma_a
-    close(color, (np.log([0.1, 0.5, 1]) / D) ** 2, rtol=1e-12)
+    pigments = 1.3 * np.asarray([0.419, 0.697, 1.37])
+    close(fiber.sigma_a, pigments + 0.3 * np.asarray([0.187, 0.4, 1.05]))
+    close(convert.unity(1.0, 1.0, 3.0, 0.5).beta_m, 0.02)
+    color = convert.unity(diffuse_color=(0.0, 0.5, 2.0)).sigma_a
+    close(color, (np.log([1e-3, 0.5, 2]) / D) ** 2, rtol=1e-12)
+    blocks = convert.unity()
+    close(blocks.sigma_a, [0.06, 0.1, 0.2])
+    close([blocks.beta_m, blocks.beta_n, blocks.alpha], [1.0, S, -3 * DEG], rtol=1e-12)
     hair = convert.karis((0.5, 0.25, 0.0), 0.5)
     close(hair.sigma_a, [math.log(2) / 4, math.log(2) / 2, 30 * math.log(10) / 4])
     close([hair.beta_m, hair.beta_n, hair.alpha], [0.25, 0.25, -0.035])
+    close([convert.karis(0.5, r).beta_m for r in (0.0, 2.0)], [255.0**-2, 1.0])
     # T = C^(1/2) through the middle, as the slides have it.
     close(
         fj.transmittance(0.0, 0.0, 1.55, jnp.asarray(hair.sigma_a))[..., 0],
@@ -272,13 +328,25 @@ def test_numbers_of_rtxcr():
     close([fiber.beta_n, fiber.alpha], [0.2, -2 * DEG])
     table = 0.75 * np.asarray([0.506, 0.841, 1.653])
     table += 0.25 * np.asarray([0.343, 0.733, 1.924])
-    close(fiber.sigma_a, math.log(2) * table)
-    physics = convert.rtxcr(
-        0.2, 2.0, melanin=0.5, melanin_redness=0.25, absorption_model="physics"
+    close(fiber.sigma_a, 0.6 * table)
+    normalized = convert.rtxcr(
+        0.2, 2.0, melanin=0.5, melanin_redness=0.25, absorption_model="normalized"
     )
-    close(physics.sigma_a, 0.6 * table)
-    back = convert.rtxcr(0.2, 2.0, base_color=(0.0, 0.5, 1.0), at=(0.0, math.pi))
-    close(back.sigma_a, (np.log([1e-4, 0.5, 1]) / D) ** 2)
+    close(normalized.sigma_a, math.log(2) * table)
+    sample = convert.rtxcr()
+    close([sample.beta_n, sample.alpha, sample.eta], [0.25, -3 * DEG, 1.55])
+    table = 0.95 * np.asarray([0.506, 0.841, 1.653])
+    table += 0.05 * np.asarray([0.343, 0.733, 1.924])
+    close(sample.sigma_a, 2.4 * 0.805**2 * table)
+    for phi in (1.0, 3.0, 4.0, 6.0, -2.0):
+        narrowing = max(0.01, math.cos(0.5 * math.acos(math.cos(phi))))
+        found = convert.rtxcr(0.2, at=(0.0, phi)).beta_m
+        close(found, 0.2 * math.sqrt(2) * narrowing)
+        close(found, convert.rtxcr(0.2, at=(0.0, 2 * math.pi - phi)).beta_m)
+    back = convert.rtxcr(
+        0.2, base_color=(0.0, 0.5, 2.0), azimuthal_roughness=0.3, at=(0.0, math.pi)
+    )
+    close(back.sigma_a, (np.log([1e-4, 0.5, 2]) / D) ** 2)
     close(back.beta_m, 0.2 * math.sqrt(2) * 0.01)
 
 
@@ -286,17 +354,22 @@ FITS = {
     "pbrt": (convert.pbrt(0.02, 0.9, -3.0, (0.1, 0.0, 5.0), 1.4), convert.to_pbrt),
     "mitsuba": (convert.mitsuba(0.3, 1e-3, 5.0), convert.to_mitsuba),
     "cycles": (convert.cycles(0.4, 0.1, 0.7, 1.6, -0.1), convert.to_cycles),
-    "materialx": (convert.materialx(cuticle_angle=0.3, color=0.1), None),
+    "materialx": (
+        convert.materialx(cuticle_angle=0.3, color=0.1),
+        convert.to_materialx,
+    ),
     "tungsten": (convert.tungsten(0.4, -1.0, (0.1, 0.2, 0.3)), convert.to_tungsten),
     "unity": (convert.unity(0.4, 0.2, 2.0, (0.1, 0.2, 0.3)), convert.to_unity),
     "karis": (convert.karis((0.5, 1.0, 0.3), 0.6), convert.to_karis),
+    "rtxcr": (convert.rtxcr(0.4, -1.0, 1.4), convert.to_rtxcr),
 }
-FITS["materialx"] = (FITS["materialx"][0], convert.to_materialx)
 
 
 @pytest.mark.parametrize("system", FITS)
 def test_there_and_back(system):
     fiber, to = FITS[system]
+    short = jax.tree.map(lambda x: x.astype(jnp.float32), fiber)
+    assert {x.dtype for x in to(short)} == {np.dtype(np.float32)}
     of = getattr(convert, system)
     numbers = to(fiber)
     again = of(*numbers)
@@ -341,14 +414,14 @@ ENDS = {
     ),
     "unity": (
         lambda b, a, c: convert.unity(b, b, a, diffuse_color=c),
-        [(0, 1), (0, 9), (1e-30, 1)],
+        [(0, 1), (0, 9), (0, 1)],
     ),
     "karis": (
         lambda b, a, c: convert.karis(c, b, a),
-        [(1e-9, 1), (0, 1), (0, 1)],
+        [(0, 1), (0, 1), (0, 1)],
     ),
     "rtxcr": (
-        lambda b, a, c: convert.rtxcr(b, 1.0, at=(a, 3.0), absorption=c),
+        lambda b, a, c: convert.rtxcr(b, 1.0, absorption_coefficient=c, at=(a, 3.0)),
         [(1e-9, 1), (0, 1.5), (0, 1e3)],
     ),
 }
@@ -361,10 +434,9 @@ def test_dtypes_and_slopes_at_the_ends(system, dtype):
 
     def numbers(*x):
         fiber = of(*x)
-        varied = (fiber.beta_m, fiber.beta_n, fiber.alpha, fiber.sigma_a)
-        assert all(y.dtype == dtype for y in varied)
-        widths = fiber.widths_m.astype(dtype)  # constants have the default dtype
-        return jnp.concatenate([jnp.ravel(y) for y in (*varied, widths)])
+        every = jax.tree.leaves(fiber)
+        assert all(y.dtype == dtype for y in every)
+        return jnp.concatenate([jnp.ravel(y) for y in every])
 
     both = jax.jit(lambda *x: (numbers(*x), jax.jacfwd(numbers, (0, 1, 2))(*x)))
     for side in (0, 1):
@@ -385,13 +457,16 @@ def test_dtypes_and_slopes_at_the_ends(system, dtype):
             np.testing.assert_allclose(slope, central, rtol=1e-6, atol=1e-6)
 
 
-def test_a_batch_of_random_roughness():
-    """What Cycles' random roughness makes: many fibers."""
-    factors = 1 + 2 * (jnp.asarray([0.1, 0.5, 0.9]) - 0.5) * 0.4
-    fibers = jax.vmap(lambda f: convert.cycles(0.3 * f, 0.3 * f))(factors)
-    close(fibers.beta_m[1], V)
-    assert isinstance(fibers.sigma_a, jax.Array)
-    assert fibers.sigma_a.shape == (3, 3)
+def test_a_pair_of_directions_of_rtxcr():
+    at = (0.4, 2.0)
+    fiber = convert.rtxcr(0.2, 2.0, 1.4, (0.1, 0.2, 0.3), at=at)
+    there = convert.to_rtxcr(fiber, at=at)
+    for name, number in zip(
+        there._fields, (0.2, 2.0, 1.4, (0.1, 0.2, 0.3)), strict=True
+    ):
+        close(getattr(there, name), number)
+    with pytest.raises(ValueError, match=r"widths_m = .* of RTXCR are fixed"):
+        convert.to_rtxcr(fiber)
 
 
 FLAT = fj.Fiber(widths_m=(1.0,))
@@ -400,9 +475,27 @@ BAD = {
         lambda: convert.pbrt(sigma_a=1.0, reflectance=0.5),
         "sigma_a and reflectance are given",
     ),
+    "pheomelanin": (
+        lambda: convert.pbrt(sigma_a=1.0, pheomelanin=0.2),
+        "sigma_a and pheomelanin are given: must be sigma_a or reflectance or eumelanin"
+        " with pheomelanin",
+    ),
+    "ratio": (
+        lambda: convert.tungsten(sigma_a=1.0, melanin_ratio=0.2),
+        "sigma_a and melanin_ratio are given",
+    ),
+    "color and redness": (
+        lambda: convert.cycles(color=0.5, melanin_redness=0.2),
+        "color and melanin_redness are given",
+    ),
+    "name": (
+        lambda: convert.mitsuba(int_ior="keratin"),
+        "int_ior = 'keratin': must be",
+    ),
+    "many": (lambda: convert.pbrt(np.full(3, 0.3)), "beta_m has shape .*vmap for many"),
     "black": (
         lambda: convert.pbrt(reflectance=(0.5, 0.0)),
-        r"reflectance = 0.0: must lie in \(0, inf\)",
+        r"reflectance = 0.0: must lie in \(0, inf\); black absorbs without end",
     ),
     "eta": (lambda: convert.pbrt(eta=0.9), r"eta = 0.9: must lie in \[1, inf\)"),
     "mitsuba's range": (
@@ -410,30 +503,27 @@ BAD = {
         r"longitudinal_roughness = 1.1: must lie in \(0, 1\]",
     ),
     "outside": (lambda: convert.mitsuba(int_ior=1.0, ext_ior=1.3), "int_ior/ext_ior"),
-    "tint": (lambda: convert.materialx(tints=(1.0, 0.5, 1.0)), "tints .* is lost"),
+    "tint": (lambda: convert.materialx(tint_TT=(1.0, 0.5, 1.0)), "tint_TT .* is lost"),
     "shape": (lambda: convert.materialx(0.1), r"roughness_R has shape \(\)"),
     "specular": (lambda: convert.karis(0.5, specular=0.5), "specular = 0.5.* lost"),
-    "no absorption": (
-        lambda: convert.unity(0.5, 0.5, 3.0),
-        "no absorption is given: must be one of .'absorption', 'diffuse_color'",
-    ),
+    "scatter": (lambda: convert.karis(0.5, scatter=0.5), "scatter = 0.5.* other hairs"),
     "diffuse": (
-        lambda: convert.rtxcr(0.1, 2.0, absorption=0.1, diffuse_weight=0.2),
-        "diffuse_weight = 0.2: must be 0; a Fiber has no diffuse lobe",
+        lambda: convert.rtxcr(diffuse_reflection_weight=0.2),
+        "diffuse_reflection_weight = 0.2: must be 0; a Fiber has no diffuse lobe",
     ),
     "model": (
         lambda: convert.rtxcr(0.1, 2.0, melanin=0.1, absorption_model="linear"),
         "absorption_model = 'linear': must be one of",
     ),
     "pole": (
-        lambda: convert.rtxcr(0.1, 2.0, absorption=0.1, at=(math.pi / 2, 0.0)),
+        lambda: convert.rtxcr(0.1, 2.0, at=(math.pi / 2, 0.0)),
         "theta_i of at = 1.57",
     ),
     "table": (lambda: pigment.melanin(1.0, 0.0, table="arnold"), "table = 'arnold'"),
     "widths": (lambda: convert.to_pbrt(FLAT), "widths_m = .*pbrt are fixed.* lost"),
     "tilts": (
         lambda: convert.to_cycles(convert.unity(0.5, 0.5, 3.0, 0.1)),
-        "widths_m = .* lost",
+        "tilts = .* lost",
     ),
     "tilts of materialx": (
         lambda: convert.to_materialx(fj.Fiber(tilts=(2.0, -1.0, -3.0, 0.0))),
@@ -445,14 +535,14 @@ BAD = {
     ),
     "too rough": (
         lambda: convert.to_pbrt(fj.Fiber(beta_m=6.0)),
-        "perceptual beta_m of pbrt = 1.0",
+        r"perceptual beta_m = 1.009\d*: must lie in \[0.01, 1\]; pbrt has no .*lost",
     ),
     "azimuth": (lambda: convert.to_tungsten(fj.Fiber()), "beta_n = .* lost"),
     "azimuth of karis": (lambda: convert.to_karis(fj.Fiber()), "beta_n = .* lost"),
     "eta of karis": (lambda: convert.to_karis(fj.Fiber(eta=1.4)), "eta = 1.4.* lost"),
     "coat": (
         lambda: convert.to_cycles(fj.Fiber(widths_m=(1.2, 0.5, 2.0))),
-        "coat of Cycles = ",
+        r"coat = -0.155\d*: must lie in \[0, 1\]; Cycles has no other,.*lost",
     ),
     "a fourth width": (
         lambda: convert.to_materialx(fj.Fiber(widths_m=(1.0, 0.5, 2.0, 3.0))),
@@ -468,8 +558,67 @@ def test_what_is_lost_is_an_error(case):
         call()
 
 
+NEGATIVE = {
+    convert.pbrt: {"eta": 0.5},
+    convert.mitsuba: {"sigma_a": -1, "eumelanin": -1, "pheomelanin": -1, "ext_ior": 0},
+    convert.cycles: {
+        "absorption_coefficient": -1,
+        "melanin": -0.5,
+        "melanin_redness": 2,
+        "tint": -1,
+        "random": 2,
+        "random_roughness": -1,
+        "ior": 0.5,
+    },
+    convert.materialx: {
+        "absorption_coefficient": -1,
+        "azimuthal_roughness": 2,
+        "melanin_concentration": 2,
+        "melanin_redness": -1,
+        "eumelanin_color": 0,
+        "pheomelanin_color": -1,
+        "cuticle_angle": 2,
+        "ior": 0.5,
+    },
+    convert.tungsten: {
+        "roughness": -1,
+        "sigma_a": -1,
+        "melanin_concentration": -1,
+        "melanin_ratio": 3,
+    },
+    convert.unity: {
+        "smoothness": 2,
+        "radial_smoothness": -1,
+        "absorption": -1,
+        "eumelanin": -1,
+        "pheomelanin": -1,
+    },
+    partial(convert.karis, 0.5): {"beta_n": 0},
+    partial(convert.karis): {"base_color": -1},
+    convert.rtxcr: {
+        "roughness": 0,
+        "ior": 1,
+        "absorption_coefficient": -1,
+        "azimuthal_roughness": 2,
+        "melanin": -1,
+        "melanin_redness": 2,
+    },
+    partial(convert.rtxcr, absorption_model="normalized"): {"melanin": 2},
+    partial(convert.mitsuba, sigma_a=1.0): {"scale": -1},
+}
+
+
+def test_numbers_outside_of_their_range():
+    for of, numbers in NEGATIVE.items():
+        for name, number in numbers.items():
+            for bad in (number, math.nan):
+                with pytest.raises(ValueError, match=f"^(int_ior/)?{name} = "):
+                    of(**{name: bad})
+
+
 def test_contents_are_public():
     names = {name for name in vars(untyped) if not name.startswith("_")}
     systems = {"pbrt", "mitsuba", "cycles", "materialx", "tungsten", "unity", "karis"}
-    assert {*systems, *(f"to_{name}" for name in systems), "rtxcr"} <= names
+    systems |= {"rtxcr"}
+    assert {*systems, *(f"to_{name}" for name in systems)} <= names
     assert all(getattr(convert, name).__doc__ for name in names)

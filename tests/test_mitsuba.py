@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-import fiberjax as fj
-from fiberjax import directions
+from fiberjax import convert, directions
+from fiberjax.mitsuba3 import INDICES
 
 mitsuba: Any = pytest.importorskip("mitsuba", reason="pip install '.[oracle]'")
 
@@ -54,13 +54,6 @@ def queries(seed):
     return Queries(given, out, -wide[:, 0] / np.hypot(wide[:, 0], wide[:, 2]))
 
 
-def deviations(along, around):
-    """beta_m and beta_n of Mitsuba's roughness, Chiang et al. 2016, eq. 7 and 8."""
-    beta_m = 0.726 * along + 0.812 * along**2 + 3.7 * along**20
-    beta_n = 0.265 * around + 1.194 * around**2 + 5.372 * around**22
-    return beta_m, beta_n
-
-
 @cache
 def theirs(k):
     """evaluate and pdf of a material at its queries."""
@@ -89,8 +82,7 @@ def theirs(k):
 
 def ours(k, compat):
     along, around, tilt, eta, color = MATERIALS[k]
-    betas = deviations(along, around)
-    fiber = fj.Fiber(eta, *betas, np.radians(tilt), color)
+    fiber = convert.mitsuba(along, around, tilt, color, eta, 1.0)
     asked = queries(k)
     given, out = (x[:, [1, 0, 2]].astype(float) for x in (asked.given, asked.out))
     value = directions.evaluate(fiber, given, out, asked.h, compat=compat)
@@ -120,3 +112,54 @@ def test_what_its_bessel_function_costs():
     ]
     assert min(off) > 4e-3
     assert max(off) < 6.5e-3
+
+
+def test_defaults_and_names():
+    """What it makes of its defaults, of pigments, of scale and of names of indices."""
+    mitsuba.set_variant("scalar_rgb")
+    context, at = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
+    asked = queries(99)
+    some = [n for n in range(200) if asked.h[n] ** 2 < 0.98]
+    given, out = (x[some][:, [1, 0, 2]].astype(float) for x in (asked.given, asked.out))
+    cases: tuple[dict[str, Any], ...] = (
+        {},
+        {"eumelanin": 0.2},
+        {"pheomelanin": 0.7},
+        {"sigma_a": (0.1, 0.2, 0.3), "scale": 3.0, "int_ior": "pyrex"},
+    )
+    for numbers in cases:
+        theirs = dict(numbers)
+        if "sigma_a" in theirs:
+            theirs["sigma_a"] = {"type": "rgb", "value": list(theirs["sigma_a"])}
+        hair = mitsuba.load_dict({"type": "hair", **theirs})
+        value = []
+        for n in some:
+            at.wi = asked.given[n]
+            value.append(hair.eval(context, at, mitsuba.Vector3f(asked.out[n])))
+        fiber = convert.mitsuba(**numbers)
+        ours = directions.evaluate(fiber, given, out, asked.h[some], compat="mitsuba")
+        np.testing.assert_allclose(value, ours, 1e-4, 1e-30)
+    for name, index in INDICES.items():
+        if name == "vacuum":
+            continue
+        hair = mitsuba.load_dict({"type": "hair", "int_ior": name, "ext_ior": "vacuum"})
+        assert mitsuba.traverse(hair)["eta"] == pytest.approx(index, rel=1e-7)
+        assert float(convert.mitsuba(int_ior=name, ext_ior=1.0).eta) == index
+
+
+def test_what_its_sampler_and_its_clear_fiber_get_wrong():
+    """Rows `mitsuba_residual` and `mitsuba_nan` of the errata, on the plugin."""
+    mitsuba.set_variant("scalar_rgb")
+    clear = {"type": "rgb", "value": [0.0, 0.0, 0.0]}
+    hair = mitsuba.load_dict({"type": "hair", "sigma_a": clear})
+    context, at = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
+    theta = np.radians(80)
+    at.wi = [-0.5 * np.cos(theta), np.sin(theta), np.sqrt(0.75) * np.cos(theta)]
+    for u in (0.2, 0.5, 0.8):
+        draw, _ = hair.sample(context, at, 0.9999, [u, 0.3])
+        assert abs(draw.wo[1]) < 1e-6
+        draw, _ = hair.sample(context, at, 0.01, [u, 0.3])
+        assert draw.wo[1] < -0.5
+    at.wi = [-1.0, 0.0, 0.0]
+    forward = mitsuba.Vector3f(-1.0, 0.0, 0.0)
+    assert max(hair.eval(context, at, forward)) == 0
