@@ -621,6 +621,89 @@ def wrapped(x):
     return x - 2 * np.pi * np.round(x / (2 * np.pi))
 
 
+S_NAMES = (
+    "theta_i",
+    "theta_o",
+    "phi",
+    "h",
+    "eta",
+    "beta_m",
+    "beta_n",
+    "alpha",
+    "sigma_a",
+)
+
+
+def make_S(rng):
+    """Near the peaks of each lobe, and anywhere."""
+    for k in range(64):
+        spread = k % 4 == 3
+        least = 0.2 if spread else 0.02
+        beta_m, beta_n = log_uniform(rng, least, 1), log_uniform(rng, least, 1)
+        theta_i, h = uniform(rng, -1.5, 1.5), uniform(rng, -0.95, 0.95)
+        eta, alpha = uniform(rng, 1.1, 2), uniform(rng, -0.1, 0.1)
+        p = k % 3
+        tilt, width = reference.LOBES[p]
+        theta_o = -theta_i + tilt * alpha + rng.normal() * float(width) * beta_m
+        turn = reference.Phi(p, mpf(h), reference.eta_prime(mpf(theta_i), mpf(eta)))
+        phi = float(reference.wrap(turn + rng.normal() * beta_n))
+        theta_o = float(np.clip(theta_o, -1.5, 1.5))
+        if spread:
+            theta_o, phi = uniform(rng, -1.5, 1.5), uniform(rng, -7, 7)
+        sigma_a = float(rng.choice([0.0, *rng.uniform(0, 3, 3)]))
+        values = theta_i, theta_o, phi, h, eta, beta_m, beta_n, alpha, sigma_a
+        given = rounded(dict(zip(S_NAMES, values, strict=True)))
+        yield {"in": shown(given), **S_point(*(mpf(x) for x in given.values()))}
+
+
+def S_point(*x):
+    """Value and gradient of the sum, and the size of their rounding errors.
+
+    An error of eps in an angle moves a lobe of width w by eps/w of itself, and its
+    derivative in that angle, which is 1/w times as large, as well.
+    """
+    theta_i, theta_o, phi, h, eta, beta_m, beta_n, alpha, _ = x
+    s = mp.sqrt(mp.pi / 8) * beta_n
+
+    def turn(p, theta_i, h, eta):
+        return reference.Phi(p, h, reference.eta_prime(theta_i, eta))
+
+    parts = list(reference.S_parts(*x))
+    slopes = [
+        reference.complex_step(lambda *y: tuple(reference.S_parts(*y)), x, k)[1]
+        for k in range(len(x))
+    ]
+    sizes = dict.fromkeys(("", *S_NAMES), mpf(0))
+    for p, part in enumerate(parts):
+        tilt, width = (*reference.LOBES, (0, 2))[p]
+        w = width * beta_m
+        off = 2 * mp.sin((theta_o + theta_i - tilt * alpha) / 2) ** 2 / w**2
+        around = 0 if p == 3 else 1 / s
+        angles = abs(phi) + (2 * p + 1) * mp.pi
+        digits = 4 + 4 * off + 1 / w + angles * around
+        moved = dict.fromkeys(S_NAMES, mpf(1))
+        for name, by in (("theta_i", 1), ("theta_o", 1), ("alpha", abs(tilt))):
+            moved[name] += by / w
+        moved["beta_m"], moved["beta_n"] = (1 + off) / beta_m, 1 / beta_n
+        if p < 3:
+            at = theta_i, h, eta
+            for k, name in enumerate(("theta_i", "h", "eta")):
+                _, by = reference.complex_step(lambda *y, p=p: turn(p, *y), at, k)
+                moved[name] += abs(by) * around
+            moved["phi"] += around
+        sizes[""] += digits * part
+        for name, slope in zip(S_NAMES, slopes, strict=True):
+            sizes[name] += digits * (abs(slope[p]) + moved[name] * part)
+    return {
+        "value": text(mp.fsum(parts)),
+        "grad": {
+            name: text(mp.fsum(slope))
+            for name, slope in zip(S_NAMES, slopes, strict=True)
+        },
+        "size": {name: f"{float(size):.3g}" for name, size in sizes.items()},
+    }
+
+
 MAKERS = {
     "reflectance": make_reflectance,
     "eta_prime": make_eta_prime,
@@ -636,6 +719,7 @@ MAKERS = {
     "N_logistic": make_N_logistic,
     "N_narrow": make_N_narrow,
     "N_logistic_narrow": make_N_logistic_narrow,
+    "S": make_S,
 }
 
 PEAK = " peak: largest modulus over phi of the value and each derivative, to about 2 %."
@@ -649,6 +733,7 @@ NOTES = {
     "N_logistic": PEAK,
     "N_narrow": PEAK,
     "N_logistic_narrow": PEAK,
+    "S": " size: of the rounding errors of the value and each derivative, over eps.",
 }
 
 

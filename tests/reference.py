@@ -171,6 +171,41 @@ def complex_step(f, x, k):
     return mp.re(y), mp.im(y) / step
 
 
+LOBES = ((2, 1), (-1, mpf(1) / 2), (-4, 2))
+"""Factors of alpha and beta_m of R, TT and TRT."""
+
+
+def S_parts(theta_i, theta_o, phi, h, eta, beta_m, beta_n, alpha, sigma_a):
+    """What R, TT, TRT and the rest scatter at an offset: Chiang et al. 2016."""
+    F = reflectance(_abs_cos(theta_i) * mp.cos(mp.asin(h)), eta)
+    T = transmittance(h, theta_i, eta, sigma_a)
+    s = mp.sqrt(mp.pi / 8) * beta_n
+    for p, (tilt, width) in enumerate(LOBES):
+        along = M(-theta_i + tilt * alpha, theta_o, (width * beta_m) ** 2)
+        away = phi - Phi(p, h, eta_prime(theta_i, eta))
+        yield A(p, F, T) * along * trimmed_logistic(away, s)
+    yield A_rest(3, F, T) * M(-theta_i, theta_o, (2 * beta_m) ** 2) / (2 * mp.pi)
+
+
+def N_smooth(p, phi, theta_d, eta, sigma_a):
+    """Azimuthal density of path p of a smooth fiber, off its caustics."""
+
+    def off(gamma):
+        return wrap(Phi(p, mp.sin(gamma), eta_prime(theta_d, eta)) - phi)
+
+    grid = [mp.pi * (mpf(k) / 200 - mpf(1) / 2) for k in range(1, 200)]
+    grid = [-mp.pi / 2, *grid, mp.pi / 2]
+    total = mpf(0)
+    for a, b in itertools.pairwise(grid):
+        if off(a) * off(b) > 0 or abs(off(a) - off(b)) > 1:
+            continue
+        gamma = mp.findroot(off, (a, b), solver="anderson")
+        path = gamma, theta_d, eta, sigma_a
+        (weight, _), (_, slope) = complex_step(lambda *x: ray(p, *x), path, 0)
+        total += weight * mp.cos(gamma) / (2 * abs(slope))
+    return total
+
+
 def N(p, phi, theta_d, eta, sigma_a, beta_n, detector="normal"):
     """Azimuthal density of path p."""
     x = [mpf(y) for y in (phi, theta_d, eta, sigma_a, beta_n)]

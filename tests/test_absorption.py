@@ -1,6 +1,7 @@
 """Absorption from colors: the solver against the albedo, and the formulas."""
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import jax
@@ -56,6 +57,26 @@ def test_the_mean_over_inclinations():
     clear = fj.albedo(replace(HAIR, sigma_a=None), theta_i)
     expected = (w * np.cos(theta_i) ** 2) @ np.asarray(clear)
     assert ends == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_the_mean_of_a_narrow_fiber():
+    """As far as the docstring says that it is right, at the ends of that."""
+    x, w = np.polynomial.legendre.leggauss(160)
+    weight = jnp.asarray(w * np.cos(np.pi / 2 * x) ** 2)
+
+    @jax.jit
+    def off(eta, alpha, color):
+        fiber = fj.Fiber(eta, 0.02, 0.2, alpha, None)
+        low, high = absorption.reach(fiber)
+        asked = low + (high - low) * color
+        sigma_a = absorption.solve(fiber, asked)
+        found = fj.albedo(replace(fiber, sigma_a=sigma_a), jnp.asarray(np.pi / 2 * x))
+        return jnp.abs(weight @ found - asked).max()
+
+    colors = jnp.asarray((1e-3, 0.1, 0.5, 1.0))
+    for eta, alpha in product((1.05, 1.55), (-0.1, -0.035, 0.1)):
+        assert off(eta, alpha, colors) < 1e-7
 
 
 @pytest.mark.slow

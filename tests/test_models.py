@@ -3,11 +3,13 @@
 import re
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 import raytrace
+import reference
 from mpmath import mp as untyped_mp
 from scipy import stats
 
@@ -105,6 +107,7 @@ EXTREMES = jax.vmap(lambda b, e, s: fj.Fiber(e, b, b, 0.04, s))(
     jnp.asarray((1.55, 1 + 1e-7, 1.0)),
     jnp.asarray(((0.0, 0.5), (1e3, 0.0), (0.0, 1e3))),
 )
+REFRACTING = eqx.tree_at(lambda f: f.eta, EXTREMES, jnp.asarray((1.55, 1.0001, 3.0)))
 AT_EXTREMES = {
     "lambert": (
         lambda c, *x: lambert.evaluate(*x, color=c),
@@ -117,7 +120,8 @@ AT_EXTREMES = {
         jnp.asarray(((0.1, 0.3, 1.0), (0.0, 0.3, 30.0), (0.1, 0.0, 1e4))),
     ),
     # A smooth TT of eta = 1 goes to phi = pi, and is infinite there.
-    "marschner": (lambda f, *x: marschner.evaluate(f, *x, lobes=(0,)), EXTREMES),
+    "R of marschner": (lambda f, *x: marschner.evaluate(f, *x, lobes=(0,)), EXTREMES),
+    "marschner": (lambda f, *x: marschner.evaluate(f, *x), REFRACTING),
     "deon2014": (lambda f, *x: deon2014.evaluate(f, *x, rule=RULE), EXTREMES),
 }
 
@@ -294,14 +298,58 @@ def test_the_power_of_the_cosine(dtype):
 def test_energy_of_the_gaussian_is_what_the_docstring_says():
     rows = measured_rows(marschner.evaluate.__doc__)
     assert len(rows) == 3
+    phi, w_phi = nodes(np.linspace(-np.pi, np.pi, 3), 16)
     for beta, *shown in rows:
+        of = fj.Fiber(1.55, beta, 0.3, None, None)
         for degrees, energy in zip((0, 30, 60, 80, 85), shown, strict=True):
             theta_i = np.radians(degrees)
             edges = -theta_i + beta * np.linspace(-10, 10, 21)
-            t, w = nodes(np.unique(np.clip(edges, -HALF_PI, HALF_PI)), 20)
-            M = marschner.M(-theta_i, t, beta**2)
-            factor = np.cos(t) ** 2 / np.cos((t - theta_i) / 2) ** 2
-            assert np.sum(w * factor * M) == pytest.approx(energy, abs=6e-4)
+            t, w = (x.reshape(-1, 1) for x in nodes(np.clip(edges, -HALF_PI, HALF_PI)))
+            S = marschner.evaluate(of, theta_i, t, phi.ravel(), lobes=(0,))
+            N = fj.N_smooth(0, phi.ravel(), (t - theta_i) / 2, eta=1.55, sigma_a=None)
+            share = (S @ w_phi.ravel()) / (N @ w_phi.ravel())
+            found = np.sum(w * np.cos(t) * np.asarray(share)[:, None])
+            assert found == pytest.approx(energy, abs=6e-4)
+
+
+def test_marschner_is_gaussian_times_smooth_over_the_square_of_cos_theta_d():
+    """Off the cones, tilted and colored, against 30 digits."""
+    theta_i = np.array([0.3, -0.9, 1.2, 0.3, -0.4])
+    theta_o = np.array([-0.1, 1.1, -0.8, -0.9, 0.9])
+    phi = np.array([0.4, -2.9, 2.2, -0.1, 3.05])
+    for p, (tilt, width) in enumerate(reference.LOBES):
+        found = marschner.evaluate(HAIR, theta_i, theta_o, phi, lobes=(p,))
+        expected = np.zeros((5, 2))
+        for n, c in np.ndindex(5, 2):
+            with mp.workdps(30):
+                i, o, f = (mp.mpf(float(x[n])) for x in (theta_i, theta_o, phi))
+                v = (width * mp.mpf(float(HAIR.beta_m))) ** 2
+                off = o + i - tilt * mp.mpf(float(HAIR.alpha))
+                M = mp.exp(-(off**2) / (2 * v)) / mp.sqrt(2 * mp.pi * v)
+                optics = (
+                    mp.mpf(float(x)) for x in (HAIR.eta, np.ravel(HAIR.sigma_a)[c])
+                )
+                N = reference.N_smooth(p, f, (o - i) / 2, *optics)
+                expected[n, c] = M * N * mp.cos(o) / mp.cos((o - i) / 2) ** 2
+        assert (expected > 0).any()
+        np.testing.assert_allclose(found, expected, rtol=2e-12)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_marschner_without_refraction(dtype):
+    """TT is infinite at phi = pi, where M is not 0; where it is, TT is 0."""
+    for theta_o, value in ((0.03, 0.0), (-0.03, np.inf)):
+
+        def f(fiber, *x):
+            return marschner.evaluate(fiber, *x)
+
+        narrow = fj.Fiber(dtype(1), dtype(1e-4), dtype(1e-4), dtype(0.03), dtype(0))
+        at = dtype(0), dtype(theta_o), dtype(np.pi)
+        if dtype == jnp.float64 or value == 0:
+            assert f(narrow, *at) == value
+        if value == 0:
+            slopes = jax.grad(f, (0, 1, 2, 3))(narrow, *at)
+            assert all(np.isfinite(x).all() for x in jax.tree.leaves(slopes))
 
 
 def test_marschner_is_the_limit_of_the_reference():
@@ -414,33 +462,42 @@ def test_r_of_2014_agrees_with_that_of_2013_without_azimuth():
 
 
 @pytest.mark.parametrize(
-    ("theta_i", "detector"),
+    ("of", "theta_i", "choices"),
     [
-        (0.4, "normal"),
-        pytest.param(-1.3, "logistic", marks=pytest.mark.slow),
+        (HAIR, 0.4, {"rule": RULE}),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                (HAIR, -1.3, {"detector": "logistic", "rule": fj.GaussGamma(64)}),
+                # By the default rule: a clear fiber, a narrow one, and at grazing.
+                (fj.Fiber(1.55, 0.2, 0.3, 0.04, None), 0.4, {}),
+                (fj.Fiber(1.55, 0.02, 0.05, 0.04, (0.2, 1.0)), -0.8, {}),
+                (HAIR, np.radians(89.9), {}),
+            )
+        ),
     ],
 )
-def test_sampler_of_2014(theta_i, detector):
+def test_sampler_of_2014(of, theta_i, choices):
     u = uniforms(5, COUNT, 4)
-    s = deon2014.sample(HAIR, theta_i, u, detector=detector)
-    assert s.weight.shape == (COUNT, 2)
-    # Next to phi = pi the width vanishes: what lies there is one bin.
-    edges = np.linspace(-HALF_PI, HALF_PI, 49), np.linspace(-2.6, 2.6, 21)
-    rule = fj.GaussGamma(32 if detector == "normal" else 64)
-    choices: Any = {"rule": rule, "detector": detector}
+    s = deon2014.sample(of, theta_i, u, **choices)
+    assert s.weight.shape == (COUNT, *(() if of.sigma_a is None else (2,)))
+    # What lies far off the cone is one bin, and what lies next to phi = pi, where the
+    # width vanishes.
+    reach = np.linspace(-8, 8, 49) * float(of.beta_m)
+    edges = np.clip(0.04 - theta_i + reach, -HALF_PI, HALF_PI)
+    edges = edges, np.linspace(-2.6, 2.6, 21)
 
     def density(theta, phi):
-        return deon2014.pdf(HAIR, theta_i, theta, phi, **choices)
+        return deon2014.pdf(of, theta_i, theta, phi, **choices)
 
-    assert fit(density, s, *edges) > FALSE_ALARM / 2
-    wrong = fj.Fiber(1.55, 0.2, 0.3, None, (0.2, 1.0))
-    broken = deon2014.sample(wrong, theta_i, u, detector=detector)
+    assert fit(density, s, *edges) > FALSE_ALARM / 5
+    wrong = eqx.tree_at(lambda x: x.alpha, of, jnp.asarray(0.0))
+    broken = deon2014.sample(wrong, theta_i, u, **choices)
     assert fit(density, broken, *edges) < 1e-9
     some = jax.tree.map(lambda x: x[:20_000], s)
-    value = deon2014.evaluate(HAIR, theta_i, some.theta_o, some.phi, **choices)
-    residual = np.asarray(
-        some.weight - value / density(some.theta_o, some.phi)[:, None]
-    )
+    value = deon2014.evaluate(of, theta_i, some.theta_o, some.phi, **choices)
+    weight, value = (np.reshape(x, (20_000, -1)) for x in (some.weight, value))
+    residual = weight - value / np.asarray(density(some.theta_o, some.phi))[:, None]
     for test in (1, np.cos(some.phi), np.sin(3 * some.theta_o), np.cos(3 * some.phi)):
         z = np.ravel(test)[:, None] * residual
         assert np.all(np.abs(z.mean(0)) < 4.5 * z.std(0) / np.sqrt(len(z)))
@@ -485,6 +542,20 @@ BAD = {
             0.0, 0.0, 0.0, diffuse=0.1, specular=np.ones((1, 3)), exponent=3.0
         ),
         r"specular has shape \(1, 3\)",
+    ),
+    "colors": (
+        lambda: untyped.kajiya_kay.evaluate(
+            0.0, 0.0, 0.0, diffuse=np.ones(2), specular=np.ones(3), exponent=3.0
+        ),
+        r"diffuse has shape \(2,\), specular has shape \(3,\): must broadcast",
+    ),
+    "lobes": (
+        lambda: untyped.marschner.evaluate(HAIR, 0.0, 0.0, 0.0, lobes=2),
+        "lobes = 2: must be a tuple",
+    ),
+    "twice": (
+        lambda: untyped.marschner.evaluate(HAIR, 0.0, 0.0, 0.0, lobes=(0, 0)),
+        "must not name a lobe twice",
     ),
     "no lobes": (
         lambda: untyped.marschner.evaluate(HAIR, 0.0, 0.0, 0.0, lobes=()),

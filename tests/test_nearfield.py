@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 import reference
 from mpmath import mp
-from scipy import special, stats
-from test_sampling import FALSE_ALARM, fit_of, uniforms
+from scipy import special
 
 import fiberjax as fj
-from fiberjax import directions, entering, nearfield
+from fiberjax import directions, entering, nearfield, perceptual
 
 HALF_PI = np.pi / 2
 GRAZING = np.radians(89.9)
@@ -25,7 +24,8 @@ HAIR: Any = fj.Fiber(1.55, 0.25, 0.3, -0.035, COLORS)
 
 
 def fiber(beta, sigma_a: Any = None, alpha: Any = 0.0436) -> Any:
-    return fj.Fiber(1.55, beta, beta, alpha, sigma_a)
+    """Of one roughness, or of beta_m and beta_n."""
+    return fj.Fiber(1.55, *np.broadcast_to(beta, 2), alpha, sigma_a)
 
 
 def angles(seed, count) -> Any:
@@ -123,12 +123,17 @@ def test_single_precision(beta):
         assert (np.abs(found - double) <= room * double + 1e-30).all()
 
 
-def clustered(centers, widths, low, high):
-    """Gauss-Legendre nodes of intervals that are short around each center."""
+def panels(centers, widths, low, high):
+    """Edges of intervals that are short around each center."""
     steps = np.array([0, 0.5, 1, 2, 3, 4.5, 6, 8, 11, 15, 20, 28, 40])
     steps = np.concatenate([-steps[:0:-1], steps])
     edges = [c + w * steps for c, w in zip(centers, widths, strict=True)]
-    edges = np.sort(np.clip(np.concatenate([*edges, [low, high]]), low, high))
+    return np.sort(np.clip(np.concatenate([*edges, [low, high]]), low, high))
+
+
+def clustered(centers, widths, low, high):
+    """Gauss-Legendre nodes of those intervals."""
+    edges = panels(centers, widths, low, high)
     x, w = np.polynomial.legendre.leggauss(16)
     mid, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
     return (mid[:, None] + half[:, None] * x).ravel(), (half[:, None] * w).ravel()
@@ -153,8 +158,16 @@ def integral(of, theta_i, theta_o, phi, h, weight):
     ).sum()
 
 
+# What a perceptual roughness of .01 and of 1 stands for.
+PERCEPTUAL = tuple(
+    (float(perceptual.longitudinal(b)), float(perceptual.azimuthal(b)))
+    for b in (0.01, 1.0)
+)
 FURNACE = list(
-    product((0.01, 0.1, 0.3, 1.0), ((0.0, 0.2), (-1.0, -0.9), (GRAZING, 0.6)))
+    product(
+        (0.01, 0.1, 0.3, 1.0, *PERCEPTUAL),
+        ((0.0, 0.2), (-1.0, -0.9), (GRAZING, 0.6)),
+    )
 )
 
 
@@ -168,116 +181,7 @@ def test_white_furnace(beta, at):
     assert abs(mass - 1) < 1e-12
     single = [np.float32(x) for x in (theta_i, theta_o, phi, h)]
     value = np.float64(nearfield.evaluate(of, *single))
-    assert abs((weight * value).sum() - 1) < 2e-6 / beta
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_white_furnace_by_samples(dtype):
-    """Uniform directions, and those of `sample`, whose weights are all 1."""
-    u = uniforms(3, 300_000, 4, dtype)
-    theta_o = jnp.arcsin(2 * u[:, 0] - 1)
-    phi = 2 * np.pi * u[:, 1]
-    for beta, theta_i in product((0.3, 1.0), (0.2, GRAZING)):
-        of, h = fiber(beta), dtype(0.3)
-        uniform = nearfield.evaluate(of, dtype(theta_i), theta_o, phi, h)
-        assert 4 * np.pi * float(uniform.mean()) == pytest.approx(1, abs=0.05)
-    for beta, theta_i in product((0.01, 0.3, 1.0), (0.0, -1.2, GRAZING)):
-        drawn = nearfield.sample(fiber(beta), dtype(theta_i), dtype(0.7), u)
-        assert drawn.weight.dtype == dtype
-        room = 200 * np.finfo(dtype).eps
-        np.testing.assert_allclose(drawn.weight, 1, atol=room)
-
-
-def logistic_mass(edges, turn, s):
-    """Of the trimmed logistic around `turn` in bins of [-pi, pi], by its integral."""
-    away = edges - turn
-    turns = np.round(away / (2 * np.pi))
-    inside = away - 2 * np.pi * turns
-    low, high = special.expit(-np.pi / s), special.expit(np.pi / s)
-    return np.diff(turns + (special.expit(inside / s) - low) / (high - low))
-
-
-def chi_square(of, theta_i, h, drawn):
-    """p-value in bins of which the exact integrals are known."""
-    A, cones, beta, turns = parts(of, theta_i, h)
-    w = np.array([a.mean() for a in A])
-    phi_edges = np.linspace(-np.pi, np.pi, 37)
-    sine = np.linspace(-1, 1, 1 << 15)
-    fine = np.arcsin(sine)
-    x, gauss = np.polynomial.legendre.leggauss(6)
-    density: Any = sum(
-        share * np.asarray(fj.M(c, fine[1:], b * b))
-        for share, c, b in zip(w / w.sum(), cones, beta, strict=True)
-    )
-    share = np.concatenate([[0], np.cumsum(density)]) / density.sum()
-    edges = np.interp(np.linspace(0, 1, 25), 0.9 * share + (1 + sine) / 20, fine)
-    edges[0], edges[-1] = -HALF_PI, HALF_PI
-    parts_of = np.linspace(edges[:-1], edges[1:], 129)
-    mid, half = (parts_of[1:] + parts_of[:-1]) / 2, np.diff(parts_of, axis=0) / 2
-    theta = mid[..., None] + half[..., None] * x
-    mass = np.zeros((24, 36))
-    for k, (share, c, b) in enumerate(zip(w / w.sum(), cones, beta, strict=True)):
-        along = np.asarray(fj.M(c, theta, b * b)) * np.cos(theta) * gauss
-        along = (half * along.sum(-1)).sum(0)
-        around = np.full(36, 1 / 36)
-        if k < 3:
-            around = logistic_mass(phi_edges, float(turns[k]), SCALE * float(of.beta_n))
-        mass += share * np.outer(along, around)
-    assert mass.sum() == pytest.approx(1, abs=1e-9)
-    # float32 has a pi that lies beyond.
-    return fit_of(drawn, edges, np.append(phi_edges[:-1], 3.1416), mass)
-
-
-BETAS = 0.01, 0.05, 0.2, 0.6, 1.0
-AT = (0.0, 0.1), (0.8, -0.5), (-GRAZING, 0.95), (1.3, 0.99)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("sigma_a", [None, 1.0])
-def test_chi_square(dtype, sigma_a):
-    """At every roughness and direction, a clear fiber included."""
-    worst = 1.0
-    u = uniforms(7, 200_000, 4, dtype)
-    for beta, (theta_i, h) in product(BETAS, AT):
-        of = fiber(beta, sigma_a)
-        drawn = nearfield.sample(of, dtype(theta_i), dtype(h), u)
-        worst = min(worst, chi_square(of, theta_i, h, drawn))
-    assert worst > FALSE_ALARM / (4 * len(BETAS) * len(AT))
-
-
-def test_chi_square_rejects_broken_samplers():
-    of, theta_i, h = fiber(0.3), 0.8, -0.9
-    u = uniforms(8, 200_000, 4)
-    right = nearfield.sample(of, theta_i, h, u)
-    assert chi_square(of, theta_i, h, right) > FALSE_ALARM
-    # One number for two purposes, and the rest of renderers, at theta_o = 0.
-    reused = nearfield.sample(of, theta_i, h, u.at[:, 3].set(u[:, 0]))
-    flat = right._replace(theta_o=jnp.where(right.p == 3, 0, right.theta_o))
-    unwrapped = nearfield.sample(of, theta_i, -h, u)
-    for broken in (reused, flat, unwrapped):
-        assert chi_square(of, theta_i, h, broken) < 1e-9
-
-
-def test_samples_and_density_are_consistent():
-    """Weights are evaluate/pdf; integrals by samples are those by quadrature."""
-    theta_i, h = 0.7, 0.4
-    u = uniforms(9, 400_000, 4)
-    drawn = nearfield.sample(HAIR, theta_i, h, u)
-    at = theta_i, drawn.theta_o, drawn.phi, h
-    ratio = nearfield.evaluate(HAIR, *at) / nearfield.pdf(HAIR, *at)[:, None]
-    np.testing.assert_allclose(drawn.weight, ratio, rtol=1e-9)
-    theta_o, phi, weight = sphere(HAIR, theta_i, h)
-    value = nearfield.evaluate(HAIR, theta_i, theta_o, phi, h)
-    for f in (
-        lambda t, p: jnp.ones_like(t + p),
-        lambda t, p: jnp.sin(t) + 0 * p,
-        lambda t, p: jnp.cos(t) ** 2 * jnp.cos(p),
-        lambda t, p: jnp.cos(t) * jnp.sin(p),
-    ):
-        exact = (weight[..., None] * value * f(theta_o, phi)[..., None]).sum((0, 1))
-        each = drawn.weight * f(drawn.theta_o, drawn.phi)[:, None]
-        error = np.abs(each.mean(0) - exact) / (each.std(0) / np.sqrt(len(u)))
-        assert (stats.norm.sf(error) > 1e-4).all()
+    assert abs((weight * value).sum() - 1) < 2e-6 / np.min(beta)
 
 
 @pytest.mark.parametrize(("beta", "sigma_a"), [(0.3, COLORS), (0.06, None)])
@@ -368,92 +272,13 @@ def test_extremes_are_finite_in_values_and_derivatives(dtype):
     assert (np.asarray(values)[:, :3] >= 0).all()
 
 
-def test_no_light_left():
-    """A ray of p >= 1 at grazing in a black fiber: lobes are equally likely."""
-    of = fiber(0.3, 1e30)
-    u = uniforms(1, 1000, 4)
-    drawn = nearfield.sample(of, 0.3, 0.2, u, lobes=(1, 2), rest=False)
-    assert (np.asarray(drawn.weight) == 0).all()
-    assert np.bincount(np.asarray(drawn.p))[1:] == pytest.approx([500, 500], abs=80)
-
-
-def gradients(f, mode, theta_i, h, u):
-    def mean(of):
-        drawn = nearfield.sample(of, theta_i, h, u, gradient=mode)
-        return (drawn.weight * f(drawn.theta_o, drawn.phi)).mean()
-
-    return jax.grad(mean)(fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3))
-
-
-@pytest.mark.parametrize("mode", ["reparameterized", "detached"])
-def test_gradients_of_estimators(mode):
-    of, theta_i, h = fj.Fiber(1.5, 0.3, 0.4, 0.03, 0.3), 0.5, 0.3
-
-    def f(theta_o, phi):
-        return jnp.cos(theta_o + 0.3) ** 2 * (1.5 + jnp.cos(phi - 1))
-
-    theta_o, phi, weight = sphere(of, theta_i, h)
-
-    def exact(of):
-        value = nearfield.evaluate(of, theta_i, theta_o, phi, h)
-        return (weight * value * f(theta_o, phi)).sum()
-
-    expected, batches = jax.grad(exact)(of), []
-    for seed in range(16):
-        batches.append(gradients(f, mode, theta_i, h, uniforms(seed, 20_000, 4)))
-    for name in FIELDS:
-        each = np.array([getattr(one, name) for one in batches])
-        error = each.std(ddof=1) / np.sqrt(len(each))
-        assert abs(each.mean() - getattr(expected, name)) < 5 * error
-        assert error < 0.1 * (1e-3 + abs(getattr(expected, name)))
-
-
-def vectors(theta, phi):
-    return np.stack(
-        [np.sin(theta), np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi)], -1
-    )
-
-
-def test_directions_are_angles():
-    theta_i, theta_o, phi, h = angles(6, 500)
-    turn = np.linspace(-3, 3, 500)
-    omega = vectors(theta_i, turn), vectors(theta_o, turn + phi)
-    for name in ("evaluate", "pdf"):
-        by_angles = getattr(nearfield, name)(HAIR, theta_i, theta_o, phi, h)
-        found = getattr(directions, name)(HAIR, *omega, h)
-        np.testing.assert_allclose(found, by_angles, rtol=1e-11)
-    u = uniforms(2, 500, 4)
-    drawn = nearfield.sample(HAIR, theta_i, h, u)
-    found = directions.sample(HAIR, omega[0], h, u)
-    expected = vectors(np.asarray(drawn.theta_o), drawn.phi + turn)
-    np.testing.assert_allclose(found.omega_o, expected, atol=1e-14)
-    np.testing.assert_allclose(found.weight, drawn.weight, rtol=1e-10)
-    assert (found.p == drawn.p).all()
-    np.testing.assert_allclose(jnp.linalg.norm(found.omega_o, axis=-1), 1, rtol=1e-14)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_directions_along_the_tangent(dtype):
-    """Finite, and so are the derivatives."""
-    tangent, across = np.eye(3, dtype=dtype)[:2]
-
-    def numbers(omega_i, omega_o):
-        value = directions.evaluate(HAIR, omega_i, omega_o, dtype(0.3))
-        u = jnp.asarray([0.4, 0.3, 0.2, 0.6], dtype)
-        drawn = directions.sample(HAIR, omega_i, dtype(0.3), u)
-        return value.sum(), drawn.omega_o.sum()
-
-    for pair in product((tangent, -tangent, across), repeat=2):
-        found = numbers(*pair), jax.jacrev(numbers, (0, 1))(*pair)
-        assert all(np.isfinite(x).all() for x in jax.tree.leaves(found))
-
-
-def pbrt_M(cos_i, cos_o, sin_i, sin_o, v):
-    """Mp of pbrt's hair.cpp, a number at a time."""
+def pbrt_M(cos_i, cos_o, sin_i, sin_o, v, terms):
+    """Mp of pbrt's hair.cpp, a number at a time, by so many terms of I0."""
     a, b = cos_i * cos_o / v, sin_i * sin_o / v
 
     def i0(x):
-        return sum(x ** (2 * i) / (4**i * special.factorial(i) ** 2) for i in range(10))
+        factors = (4**i * special.factorial(i) ** 2 for i in range(terms))
+        return sum(x ** (2 * i) / factor for i, factor in enumerate(factors))
 
     def log_i0(x):
         if x > 12:
@@ -465,7 +290,8 @@ def pbrt_M(cos_i, cos_o, sin_i, sin_o, v):
     return np.exp(-b) * i0(a) / (np.sinh(1 / v) * 2 * v)
 
 
-def test_compat_is_what_renderers_compute():
+@pytest.mark.parametrize(("compat", "terms"), [("pbrt", 10), ("mitsuba", 11)])
+def test_compat_is_what_renderers_compute(compat, terms):
     theta_i, theta_o, phi, h = angles(8, 300)
     for beta in (0.05, 0.3, 0.35, 1.0):
         of = fiber(beta, 0.4, None)
@@ -476,9 +302,9 @@ def test_compat_is_what_renderers_compute():
         expected = np.zeros(300)
         for a, b, D in zip(A, widths, density, strict=True):
             trig = (np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o))
-            M = [pbrt_M(*x, b * b) for x in zip(*trig, strict=True)]
+            M = [pbrt_M(*x, b * b, terms) for x in zip(*trig, strict=True)]
             expected += a[:, 0] * M * np.asarray(D)
-        found = nearfield.evaluate(of, theta_i, theta_o, phi, h, compat="pbrt")
+        found = nearfield.evaluate(of, theta_i, theta_o, phi, h, compat=compat)
         np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-280)
 
 
@@ -522,6 +348,14 @@ def test_shapes_and_errors():
             "gradient = 'both'",
         ),
         (partial(directions.evaluate, HAIR, np.zeros(2), np.zeros(3), 0.1), "omega_i"),
+        (
+            partial(directions.pdf, HAIR, np.zeros((3, 3)), np.zeros((2, 3)), 0.1),
+            r"omega_i.* \(3,\), omega_o.* \(2,\), h has shape \(\): must broadcast",
+        ),
+        (
+            partial(directions.sample, HAIR, np.ones((3, 3)), 0.1, np.zeros((2, 4))),
+            r"omega_i.* \(3,\), u.* \(2,\)",
+        ),
         (
             partial(directions.sample, HAIR, np.zeros(3), 0.1, np.zeros(3)),
             "u has shape",

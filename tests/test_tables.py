@@ -119,6 +119,8 @@ BUDGET = {
     "N_narrow": (1e-13, 4),
     "N_logistic": (1e-13, 4),
     "N_logistic_narrow": (1e-13, 4),
+    # of the sizes that stand in the table
+    "S": 1,
 }
 
 
@@ -191,6 +193,11 @@ def sample_M(theta_cone, v, xi, u1):
     return fiberjax.sample_M(theta_cone, v, jnp.stack([u0, u1]))
 
 
+def S(theta_i, theta_o, phi, h, eta, beta_m, beta_n, alpha, sigma_a):
+    of = fiberjax.Fiber(eta, beta_m, beta_n, alpha, sigma_a)
+    return fiberjax.nearfield.evaluate(of, theta_i, theta_o, phi, h)
+
+
 RULES = {True: fiberjax.Windowed(56), False: fiberjax.GaussGamma(192)}
 """Rules with nodes to spare, by whether a detector is narrow."""
 
@@ -212,8 +219,8 @@ def equation(name, static):
     """The function of the real arguments."""
     if name.startswith("N"):
         return lambda *x: N(*x, **static)
-    if name == "sample_M":
-        return sample_M
+    if name in ("sample_M", "S"):
+        return {"sample_M": sample_M, "S": S}[name]
     f = getattr(fiberjax, name)
     return (lambda *x: f(static["p"], *x)) if static else f
 
@@ -245,7 +252,7 @@ def evaluated(name, points, dtype):
     for static, members in groups.items():
         arguments = [n for n in members[0]["in"] if n not in STATIC]
         x = [jnp.array([float(q["in"][n]) for q in members], dtype) for n in arguments]
-        order = 1 if name.startswith("N") else 2
+        order = 1 if name.startswith(("N", "S")) else 2
         found = derivatives(equation(name, dict(static)), arguments, order)(*x)
         assert {array.dtype for array in found.values()} == {jnp.dtype(dtype)}
         columns = {key: np.asarray(array, float) for key, array in found.items()}
@@ -260,6 +267,11 @@ def exact_values(point):
 
 def allowed_errors(name, f, point, dtype):
     info = np.finfo(dtype)
+    if "size" in point:
+        for key, size in point["size"].items():
+            room = BUDGET[name] * float(info.eps) * float(size)
+            yield key, room + float(info.smallest_normal)
+        return
     if "peak" in point:
         yield from N_errors(BUDGET[name], point, float(info.eps))
         return

@@ -165,7 +165,7 @@ def save(drawing: Drawing, name: str, output: Path) -> None:
 def run(
     name: str,
     doc: str | None,
-    draw: Callable[[], Drawing],
+    draw: Callable[[], Drawing | None],
     argv: Sequence[str] | None = None,
 ) -> None:
     """The script: draw in float64 and in the common style, and write the files."""
@@ -173,11 +173,11 @@ def run(
 
 
 def run_all(
-    draws: Mapping[str, Callable[[], Drawing]],
+    draws: Mapping[str, Callable[[], Drawing | None]],
     doc: str | None,
     argv: Sequence[str] | None = None,
 ) -> None:
-    """The script of several figures by name."""
+    """The script of several figures by name; None leaves what is there alone."""
     parser = argparse.ArgumentParser(
         description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -193,5 +193,7 @@ def run_all(
     for name, draw in draws.items():
         progress(name)
         with mpl.rc_context(RC):
-            save(draw(), name, options.output)
+            drawing = draw()
+            if drawing is not None:
+                save(drawing, name, options.output)
     progress("")

@@ -60,6 +60,15 @@ def flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
+def broadcastable(**shapes: tuple[int, ...]) -> None:
+    """ValueError unless the shapes broadcast."""
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError as error:
+        listed = ", ".join(f"{name} has shape {x}" for name, x in shapes.items())
+        raise ValueError(f"{listed}: must broadcast") from error
+
+
 def last_axis(size: int, **named: Any) -> None:
     """ValueError unless the last axis of every array has this size."""
     for name, x in named.items():

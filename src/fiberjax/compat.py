@@ -40,8 +40,8 @@ def M_renderers(
     and 1/v loses: figures/bessel.
 
     Args:
-        cone: the lobe's cone, its cosine of either sign.
-        out: the direction scattered into.
+        cone, out: the lobe's cone and the direction scattered into, their cosines of
+            either sign.
         v: variance in radians^2, > 0.
         terms: static, the length of the series of I0: pbrt has 10, Mitsuba 11.
 
@@ -51,7 +51,8 @@ def M_renderers(
     Reference: pbrt-v3 and v4, hair.cpp, Mp; Jakob 2012. The expansion of log I0 ends
     in + 1/(8 x).
     """
-    a, b = jnp.abs(cone.cos) * out.cos / v, cone.sin * out.sin / v
+    # cos(float32(pi/2)) is negative: the angle has passed the pole by rounding alone.
+    a, b = jnp.abs(cone.cos * out.cos) / v, cone.sin * out.sin / v
     narrow = v <= _NARROW
     low = jnp.where(narrow, v, _NARROW)
     exponent = _log_I0(a, terms) + b - 1 / low + 0.6931 + jnp.log(1 / (2 * low))

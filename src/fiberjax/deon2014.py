@@ -5,6 +5,8 @@ the specular cone by 2 delta cos(phi/2), not by 2 delta: both the shift by the t
 the width shrink towards phi = pi. The whole model with it is
 
     deon2014.evaluate(fiber, ...) + fiberjax.evaluate(fiber, ..., lobes=(1, 2))
+
+of which there is no pdf and no sampler: `pdf` and `sample` here are those of R alone.
 """
 
 import math

@@ -1,18 +1,20 @@
 """The near field by direction vectors in place of angles.
 
 Unit vectors in the frame of the fiber, the tangent first: (sin theta, cos theta
-cos phi, cos theta sin phi). No angle is computed but phi. See `fiberjax.nearfield` for
-the model, its static choices and its errors.
+cos phi, cos theta sin phi). No angle is computed but phi. Derivatives mean something
+along the sphere only: those in the length of a vector depend on how its angles are
+found. See `fiberjax.nearfield` for the model, its static choices and its errors.
 """
 
 from itertools import chain
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Int
 
 from fiberjax import entering, numerics
-from fiberjax._types import Floats, Reals, choice, last_axis
+from fiberjax._types import Floats, Reals, broadcastable, choice, last_axis
 from fiberjax.circular import sin_cos
 from fiberjax.fiber import Fiber
 from fiberjax.nearfield import Lobes, near_model, prepare
@@ -66,6 +68,11 @@ def _shown(out: Inclination, phi: Floats, x, y: Floats, z: Floats) -> list[Float
 
 def _components(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, tuple, Floats]:
     last_axis(3, omega_i=omega_i, omega_o=omega_o)
+    pair = {
+        "omega_i[..., 0]": np.shape(omega_i)[:-1],
+        "omega_o[..., 0]": np.shape(omega_o)[:-1],
+    }
+    broadcastable(**pair, h=np.shape(h))
     fiber, (omega_i, omega_o, h) = prepare(fiber, (omega_i, omega_o), (h,))
     split = map(entering.unstacked, (omega_i, omega_o))
     return fiber, tuple(chain(*split)), h
@@ -95,8 +102,8 @@ def evaluate(
         tangent phi is 0.
 
     Raises:
-        ValueError: a vector does not end in an axis of 3, and as
-            `nearfield.evaluate`.
+        ValueError: a vector does not end in an axis of 3, shapes do not broadcast, and
+            as `nearfield.evaluate`.
     """
     model = near_model(lobes, rest, detector, compat)
     fiber, where, h = _components(fiber, omega_i, omega_o, h)
@@ -152,6 +159,8 @@ def sample(
     choice("gradient", gradient, GRADIENTS)
     last_axis(3, omega_i=omega_i)
     last_axis(4, u=u)
+    leading = {"omega_i[..., 0]": np.shape(omega_i)[:-1], "u[..., 0]": np.shape(u)[:-1]}
+    broadcastable(**leading, h=np.shape(h))
     fiber, (omega_i, h, u) = prepare(fiber, (omega_i,), (h, u))
     where = entering.unstacked(omega_i)
     found, weight, p = entering.sample(

@@ -17,7 +17,7 @@ diffuse term alone; k_d <= 1/pi^2 = 0.1013 returns no more than the fiber gets.
 import jax
 import jax.numpy as jnp
 
-from fiberjax._types import Floats, Reals, floats
+from fiberjax._types import Floats, Reals, broadcastable, floats
 from fiberjax.azimuthal import check_color
 
 
@@ -77,7 +77,8 @@ def evaluate(
         of 0; the one-sided derivative is infinite for n < 1.
 
     Raises:
-        ValueError: diffuse or specular has more than one axis, exponent is no number.
+        ValueError: diffuse or specular has more than one axis, or they do not
+            broadcast; exponent is no number.
 
     Reference: Kajiya and Kay 1989, where the angle to the tangent of one direction is
     measured along the light: with both directions pointing away their
@@ -89,6 +90,7 @@ def evaluate(
     )
     check_color("diffuse", diffuse)
     check_color("specular", specular)
+    broadcastable(diffuse=diffuse.shape, specular=specular.shape)
     if exponent.ndim:
         raise ValueError(f"exponent has shape {exponent.shape}: must be ()")
     return _evaluate(*angles, diffuse, specular, exponent)

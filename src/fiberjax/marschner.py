@@ -13,9 +13,10 @@ import jax
 import jax.numpy as jnp
 
 from fiberjax import numerics
-from fiberjax._types import Floats, Reals, floats, lobe_number
+from fiberjax._types import Floats, Reals, floats
+from fiberjax.auto import DEFAULT
 from fiberjax.fiber import Fiber, cone, lobe_shape
-from fiberjax.model import prepare
+from fiberjax.model import Model, prepare
 from fiberjax.smooth import N_smooth
 
 
@@ -54,8 +55,10 @@ def _evaluate(fiber: Fiber, lobes, theta_i, theta_o, phi) -> Floats:
         shape = lobe_shape(fiber, p)
         along = M(cone(theta_i, shape), theta_o, shape.beta_m**2) * measure
         around = N_smooth(p, phi, theta_d, eta=fiber.eta, sigma_a=fiber.sigma_a)
-        colored = fiber.sigma_a is not None and fiber.sigma_a.ndim
-        total = total + (along[..., None] if colored else along) * around
+        if fiber.sigma_a is not None and fiber.sigma_a.ndim:
+            along = along[..., None]
+        # Far off the cone M is 0, on caustics too, where N is infinite.
+        total = total + along * jnp.where(along > 0, around, 0)
     return jnp.asarray(total)
 
 
@@ -87,17 +90,15 @@ def evaluate(
 
     Returns:
         S cos(theta_o) per steradian, shape broadcast(angles) + sigma_a.shape, dtype of
-        the angles. Infinite on a caustic. It grows as 1/cos theta_i towards the poles
-        and is 0 where both directions are opposite poles.
+        the angles. Infinite on a caustic, but 0 where M is 0. It grows as 1/cos theta_i
+        towards the poles and is 0 where both directions are opposite poles.
 
     Raises:
-        ValueError: a lobe is not a static integer >= 0, and as `fiberjax.evaluate`.
+        ValueError: as `fiberjax.evaluate`.
 
     Reference: Marschner et al. 2003, with plain eta in Fresnel's terms in place of
     eta' and eta'', and without its treatment of caustics and eccentricity.
     """
-    lobes = tuple(lobe_number("lobes", p) for p in lobes)
-    if not lobes:
-        raise ValueError("lobes = (): must name at least one lobe")
+    lobes = Model(lobes, False, DEFAULT, "normal", "theta_d").lobes
     fiber, angles = prepare(fiber, theta_i, theta_o, phi)
     return _evaluate(fiber, lobes, *angles)
