@@ -4,7 +4,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -15,9 +15,11 @@ REQUIRED = bool(os.environ.get("SHADERS_REQUIRED"))
 """Whether what is missing to run shaders is a failure: where it has been installed."""
 
 
-def absent(reason: str) -> None:
+def absent(reason: str) -> NoReturn:
     """Skips the test with the reason, or fails it."""
-    (pytest.fail if REQUIRED else pytest.skip)(reason)
+    if REQUIRED:
+        pytest.fail(reason)
+    pytest.skip(reason)
 
 
 GLSL = """#version 450

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+import fiberjax as fj
 from fiberjax import convert, directions
 from fiberjax.mitsuba3 import INDICES
 

@@ -1,5 +1,7 @@
 """Karis' model against the slides written again, and what every tier owes."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -176,7 +178,7 @@ def test_scattering_and_environment_are_what_the_slides_print():
         seen = np.clip(w @ w_r + 1, 0, 1)
         assert seen == 1 or 0.4 < seen < 0.6
         expected = np.pi * (0.7 * seen * R + TRT + 0.4 * scattered(w, 1.0))
-        where = {"theta_i": theta, "phi": away} if theta else {}
+        where: dict[str, Any] = {"theta_i": theta, "phi": away} if theta else {}
         found = artist.environment(chosen, theta_r, **where)
         np.testing.assert_allclose(found, expected, rtol=1e-12)
 

@@ -146,7 +146,7 @@ def by_scipy(
     def f(k):
         return residuals(lobe, unravel(k), goal).ravel()
 
-    slopes = jax.jit(jax.jacfwd(f))
+    slopes: Any = jax.jit(jax.jacfwd(f))
     for number in range(starts):
         progress(f"scipy: start {number + 1} of {starts}")
         start = near + _around(near, rng)
