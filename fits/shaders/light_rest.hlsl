@@ -101,7 +101,7 @@ HairConstants hair_constants(HairMaterial material) {
     float over_v = max(1.0 / (width * width) - 0.08185026, 1e-05);
     float t_r_2 = cos_tilt * over_v;
     hair.slope_r = (1.730023 - 0.2549845 * m4) * t_r_2;
-    hair.slope_r_2 = (3.982309 + m4 * (0.05824244 * m4 - 0.9788089)) * t_r_2;
+    hair.slope_r_2 = (3.982309 + m4 * (0.05824245 * m4 - 0.9788089)) * t_r_2;
     hair.offset = 0.7782779 * m4 - 0.767076;
     float t_r_3 = 3.801265 - 0.1869192 * b;
     hair.kF = t_r_3 * t_r_3;
@@ -124,9 +124,9 @@ HairConstants hair_constants(HairMaterial material) {
     float t_3 = 2.0 * material.beta_m;
     float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
-    float t_trt_2 = 0.05859979 * m4_trt - 0.2492428 + 0.2138844 * b;
+    float t_trt_2 = 0.2492428 - 0.0585998 * m4_trt - 0.2138844 * b;
     hair.k_near_trt = t_trt_2 * t_trt_2 + 1e-05;
-    float t_trt_3 = 0.07176988 + 0.6609514 * m4_trt - 0.008832905 * b;
+    float t_trt_3 = 0.07176988 + 0.6609515 * m4_trt - 0.008832906 * b;
     hair.flat_trt = t_trt_3 * t_trt_3 + 1e-05;
     float z = 10.0 * ((material.eta - 1.0) / (material.eta + 1.0) - 0.21568628);
     hair.q1 = exp2(1.1893578 * z - 0.48315856);
@@ -141,7 +141,7 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_PP = 1.442695 * (0.0268441 - 0.007241042 * b - 0.01201577 * e);
     hair.k_P = 1.442695 * (0.0522293 * b - 0.2932371 + 0.1159653 * e);
     float k_1 = 1.442695
-        * (m4 * (0.06658984 - 0.05699771 * m4) - 2.067357 - 0.05932098 * (b * b));
+        * (m4 * (0.06658984 - 0.05699772 * m4) - 2.067357 - 0.05932098 * (b * b));
     float t_r_4 = sin(0.5 * t);
     float less = 2.0 * (t_r_4 * t_r_4);
     float k_tilt = -(scale * less);
@@ -150,7 +150,7 @@ HairConstants hair_constants(HairMaterial material) {
     float width_tt = min(t_2, 0.4);
     float over_v_tt = 1.0 / (width_tt * width_tt);
     float scale_tt = 1.442695
-        * (over_v_tt - 0.01869035 + m4_tt * (4.342201 - 4.320659 * m4_tt));
+        * (over_v_tt - 0.01869025 + m4_tt * (4.342201 - 4.320659 * m4_tt));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
     hair.k_qq = 1.442695
         * (-0.01838576 * m4_tt - 0.08046484 + 0.01760948 * b + 0.01412421 * e);
@@ -158,10 +158,10 @@ HairConstants hair_constants(HairMaterial material) {
         * (1.094101 * b - 2.129652 + e * (0.2555995 - 0.1191391 * b));
     hair.k_uuq = 1.442695 * (b * (0.333206 * b - 0.1637873) - 0.5157183);
     hair.k_uuu = 1.442695 * (0.5521527 * b - 0.9729293);
-    hair.k_uu = 1.442695 * (1.540592 * b - 2.572102 + 0.04169943 * e);
+    hair.k_uu = 1.442695 * (1.540592 * b - 2.572102 + 0.04169944 * e);
     hair.k_u_tt = 1.442695
         * (b * (2.296149 - 0.291828 * b) - 4.24649
-        + e * (0.4025405 - 0.2377735 * b - 0.0199709 * e));
+        + e * (0.4025405 - 0.2377735 * b - 0.01997089 * e));
     float3 t_r_5 = min(material.sigma_a, (float3)1.15);
     hair.k_q_tt = 1.442695
         * (0.3557879 * t_r_5 - 1.300882
@@ -175,7 +175,7 @@ HairConstants hair_constants(HairMaterial material) {
     hair.K_tt = peak
         * exp2(1.442695
         * (e * (0.2505727 - 0.2058252 * b - 0.02162647 * e) - 3.330655
-        - 2.184515 * t_r_5 + b * (1.093007 - 0.2976323 * b - 0.0004484952 * t_r_5)
+        - 2.184515 * t_r_5 + b * (1.093007 - 0.2976323 * b - 0.0004484969 * t_r_5)
         - 2.0 * t_tt_5));
     float width_trt = min(t_3, 1.6);
     float over_v_trt = 1.0 / (width_trt * width_trt);
@@ -185,7 +185,7 @@ HairConstants hair_constants(HairMaterial material) {
     hair.k_q_trt = 1.442695
         * (0.05665622 - 0.1499474 * m4_trt + 0.2250246 * r + 0.1332936 * e);
     hair.k_uq_trt = 1.442695 * (r * (16.99983 - 3.820438 * r) - 0.958125);
-    hair.k_u_trt = 1.442695 * (0.6032372 + r * (14.24246 - 2.4444 * r));
+    hair.k_u_trt = 1.442695 * (0.6032372 + r * (14.24246 - 2.444401 * r));
     float t_trt_4 = sin(0.5 * t_trt);
     float less_trt = 2.0 * (t_trt_4 * t_trt_4);
     hair.k_tilt_trt = -(scale_trt * less_trt);

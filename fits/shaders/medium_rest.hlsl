@@ -13,10 +13,10 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.0158 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.02181; 0.01412 on fibers that
-// nothing was fitted to, at most 0.0185. Furnace, the same beta and beta_n .05,
-// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02448, 0.002544
+// R + TT + TRT is off by 0.01576 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.02181; 0.01409 on fibers that
+// nothing was fitted to, at most 0.01861. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02444, 0.00227
 // below max(1, exact) at the most.
 // The rest itself is off by 0.06291 in L2, mean over fibers that nothing was
 // fitted to, at most 0.1361; its albedo by at most 0.01166 to 89 degrees.
@@ -101,19 +101,19 @@ HairConstants hair_constants(HairMaterial material) {
     hair.tan_tilt_r = sin(t) / cos_tilt;
     hair.tan_tilt_r_2 = 2.0 * hair.tan_tilt_r;
     float n = clamp(material.beta_n, 0.05, 0.49);
-    float beta_n = n - 0.01694457;
+    float beta_n = n - 0.0173189;
     float beta_n2 = beta_n * beta_n;
-    hair.kT = 1.00001 + 0.33353707 * beta_n2;
-    hair.kP = 1.00001 + 1.0875695 * beta_n2;
+    hair.kT = 1.00001 + 0.3349415 * beta_n2;
+    hair.kP = 1.00001 + 1.0899028 * beta_n2;
     float width = min(material.beta_m, 0.8);
-    float over_v = max(1.0 / (width * width) - 0.07694909, 1e-05);
+    float over_v = max(1.0 / (width * width) - 0.07616329, 1e-05);
     float t_r = cos_tilt * over_v;
-    hair.slope_r = 2.615094 * t_r;
-    hair.slope_r_2 = 6.992103 * t_r;
-    hair.slope_r_3 = 5.176139 * t_r;
+    hair.slope_r = 2.660041 * t_r;
+    hair.slope_r_2 = 7.117943 * t_r;
+    hair.slope_r_3 = 5.271912 * t_r;
     float n2 = n * n;
     float b = 4.0 * n2;
-    hair.offset = 0.133571 * b;
+    hair.offset = 0.1389833 * b;
     float t_tt = clamp(-material.alpha, -1.2, 1.2);
     float cos_tilt_tt = cos(t_tt);
     hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
@@ -122,9 +122,9 @@ HairConstants hair_constants(HairMaterial material) {
     float m = clamp(2.0 * t_2, 0.09, 0.49);
     float m4 = 4.0 * (m * m);
     float e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    float t_tt_2 = 0.4424784 - 0.1118545 * m4 - 0.005871167 * b + 0.01068322 * e;
+    float t_tt_2 = 0.4441722 - 0.1121949 * m4 - 0.006187551 * b + 0.009473056 * e;
     hair.k_near_tt = t_tt_2 * t_tt_2 + 1e-05;
-    float t_tt_3 = -0.1297842 * m4 - 0.0202936 + 0.01237474 * b;
+    float t_tt_3 = -0.129688 * m4 - 0.02019231 + 0.01268285 * b;
     hair.flat_tt = t_tt_3 * t_tt_3 + 1e-05;
     float t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     float cos_tilt_trt = cos(t_trt);
@@ -133,9 +133,9 @@ HairConstants hair_constants(HairMaterial material) {
     float t_3 = 2.0 * material.beta_m;
     float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
-    float t_trt_2 = 0.180236 - 0.06285059 * m4_trt - 0.02071319 * b;
+    float t_trt_2 = 0.1875739 - 0.06498642 * m4_trt - 0.02644084 * b;
     hair.k_near_trt = t_trt_2 * t_trt_2 + 1e-05;
-    float t_trt_3 = -0.4214476 * m4_trt - 0.08047677 + 0.003122795 * b;
+    float t_trt_3 = 0.08106777 + 0.4253028 * m4_trt - 0.00411927 * b;
     hair.flat_trt = t_trt_3 * t_trt_3 + 1e-05;
     float z = 10.0 * ((material.eta - 1.0) / (material.eta + 1.0) - 0.21568628);
     hair.q1 = exp2(1.1893578 * z - 0.48315856);
@@ -147,40 +147,40 @@ HairConstants hair_constants(HairMaterial material) {
     hair.o = exp2(1.442695 * (-1.501 * u + 1.514) * u - 0.25247163);
     float scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_x = 1.442695 * (0.2933627 * b - 2.023944 + 0.06236836 * e);
+    hair.k_x = 1.442695 * (0.2930459 * b - 2.024604 + 0.06234046 * e);
     float m_r = clamp(material.beta_m, 0.09, 0.49);
     float m4_r = 4.0 * (m_r * m_r);
-    hair.k_q_r = 1.442695 * (-0.01203741 * m4_r + 0.08946533 * b);
-    hair.k_P = 1.442695 * (0.4209191 - 0.1139839 * b + 0.02048751 * e);
+    hair.k_q_r = 1.442695 * (-0.01198142 * m4_r + 0.08932354 * b);
+    hair.k_P = 1.442695 * (0.4204781 - 0.1136672 * b + 0.02057377 * e);
     float t_r_2 = sin(0.5 * t);
     float less = 2.0 * (t_r_2 * t_r_2);
     float k_tilt = -(scale * less);
     float log_peak = 1.442695 * log(over_v);
-    hair.k_tilt_r = k_tilt - 2.4110968 + log_peak;
+    hair.k_tilt_r = k_tilt - 2.3976884 + log_peak;
     float width_tt = min(t_2, 0.4);
     float over_v_tt = 1.0 / (width_tt * width_tt);
     float scale_tt = 1.442695
-        * (over_v_tt + 0.2362714 + m4 * (-0.02006454 * m4 - 0.2167253));
+        * (over_v_tt + 0.05266014 + m4 * (0.496194 - 0.5549781 * m4));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.09290164 - 0.06896768 * m4);
+    hair.k_qqq = 1.442695 * (0.0922647 - 0.06907443 * m4);
     hair.k_qq_tt = 1.442695
-        * (0.0692371 * m4 - 0.1940416 + 0.03173074 * b + 0.009969527 * e);
-    hair.k_uuq = 1.442695 * (b * (1.22696 + 0.3277328 * b) - 1.79151);
-    hair.k_uuuq = 1.442695 * (0.7724232 * b - 0.7823877);
-    hair.k_uuu = 1.442695 * (0.5788275 * b - 1.043702);
-    hair.k_uu_tt = 1.442695 * (1.65952 * b - 2.778392 + 0.09386242 * e);
+        * (0.06856834 * m4 - 0.1924537 + 0.03103102 * b + 0.008251579 * e);
+    hair.k_uuq = 1.442695 * (b * (1.230316 + 0.3213326 * b) - 1.786389);
+    hair.k_uuuq = 1.442695 * (0.7728875 * b - 0.781182);
+    hair.k_uuu = 1.442695 * (0.5783162 * b - 1.045047);
+    hair.k_uu_tt = 1.442695 * (1.65753 * b - 2.778309 + 0.09121322 * e);
     float3 t_r_3 = min(material.sigma_a, (float3)1.15);
     hair.k_q_tt = 1.442695
-        * (0.7419672 * t_r_3 - 1.413195
-        + b * (1.3027 - 0.3185328 * b - 0.276955 * t_r_3)
-        + e * (0.2862549 - 0.141939 * b - 0.1516123 * t_r_3));
+        * (0.7416239 * t_r_3 - 1.411358
+        + b * (1.29948 - 0.3164097 * b - 0.2773488 * t_r_3)
+        + e * (0.2877992 - 0.143763 * b - 0.1522802 * t_r_3));
     hair.k_uq_tt = 1.442695
-        * (0.4452095 * t_r_3 - 2.793437 + b * (1.882051 - 0.2728957 * t_r_3)
-        + e * (0.3145644 - 0.1379025 * b - 0.1064823 * t_r_3));
+        * (0.4448393 * t_r_3 - 2.786405 + b * (1.876892 - 0.2738975 * t_r_3)
+        + e * (0.3155175 - 0.141261 * b - 0.1077507 * t_r_3));
     hair.k_u_tt = 1.442695
-        * (0.4770682 * t_r_3 - 4.53802
-        + b * (2.661 - 0.4437526 * b - 0.3755141 * t_r_3)
-        + e * (0.5264368 - 0.2685512 * b - 0.02768471 * e - 0.02306023 * t_r_3));
+        * (0.4772516 * t_r_3 - 4.537704
+        + b * (2.680925 - 0.4644547 * b - 0.3763931 * t_r_3)
+        + e * (0.5249351 - 0.2724013 * b - 0.02871551 * e - 0.02299291 * t_r_3));
     float t_tt_4 = sin(0.5 * t_tt);
     float less_tt = 2.0 * (t_tt_4 * t_tt_4);
     hair.k_tilt_tt = -(scale_tt * less_tt);
@@ -188,22 +188,21 @@ HairConstants hair_constants(HairMaterial material) {
     float3 t_tt_5 = material.sigma_a - t_r_3;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.3295139 - 0.2376071 * b - 0.03128531 * e) - 3.490036
-        - 1.769158 * t_r_3 + b * (1.3229 - 0.3958529 * b - 0.3125702 * t_r_3)
+        * (e * (0.3301181 - 0.2409462 * b - 0.03262938 * e) - 3.4901
+        - 1.769108 * t_r_3 + b * (1.340663 - 0.412975 * b - 0.3136846 * t_r_3)
         - 2.0 * t_tt_5));
     float width_trt = min(t_3, 1.6);
     float over_v_trt = 1.0 / (width_trt * width_trt);
-    float scale_trt = 1.442695 * (over_v_trt - 0.2016538 + 0.5239759 * m4_trt);
+    float scale_trt = 1.442695 * (over_v_trt - 0.2075388 + 0.5123832 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     float r = 1.0 / (1.0 + 20.0 * n2);
-    hair.k_qq_trt = 1.442695 * (-0.6952547 * r - 0.5757406);
+    hair.k_qq_trt = 1.442695 * (-0.5196805 * r - 0.6336828);
     hair.k_q_trt = 1.442695
-        * (0.6959904 * m4_trt - 0.1191243 - 1.285045 * r - 1.051597 * b
-        + 0.2190637 * e);
-    hair.k_uq_trt = 1.442695 * (3.877722 + 6.103787 * r - 2.242499 * b);
-    hair.k_uu_trt = 1.442695 * (-0.1247851 * r - 1.037291 + 0.4747127 * b);
+        * (0.7010012 * m4_trt - 0.1599284 - 1.148954 * r - 1.07226 * b + 0.224619 * e);
+    hair.k_uq_trt = 1.442695 * (4.966842 + 4.833144 * r - 3.152224 * b);
+    hair.k_uu_trt = 1.442695 * (0.2383778 * r - 1.318363 + 0.7119805 * b);
     hair.k_u_trt = 1.442695
-        * (4.374546 + r * (4.101122 + 0.6857094 * r) - 2.170287 * b - 0.2586438 * e);
+        * (4.826408 + r * (3.856972 + 0.3907177 * r) - 2.576558 * b - 0.2594113 * e);
     float t_trt_4 = sin(0.5 * t_trt);
     float less_trt = 2.0 * (t_trt_4 * t_trt_4);
     hair.k_tilt_trt = -(scale_trt * less_trt);
@@ -211,22 +210,22 @@ HairConstants hair_constants(HairMaterial material) {
     float3 t_trt_5 = -4.0 * t_tt_5;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.7929089 * m4_trt - 2.78444 + r * (0.5081931 - 0.5811327 * r)
-        - 0.6848691 * b + 0.1307234 * e - 4.870587 * t_r_3 + t_trt_5));
-    float scale_trt_2 = 1.442695 * (over_v_trt + 0.1089088 - 0.5209025 * m4_trt);
+        * (0.7975683 * m4_trt - 2.859699 + r * (0.7132258 - 0.6973677 * r)
+        - 0.6478227 * b + 0.1337273 * e - 4.876438 * t_r_3 + t_trt_5));
+    float scale_trt_2 = 1.442695 * (over_v_trt + 0.1189921 - 0.5238097 * m4_trt);
     hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
-    hair.k_qq_trt_2 = 1.442695 * (-1.613898 * r - 0.6216004);
+    hair.k_qq_trt_2 = 1.442695 * (-1.772293 * r - 0.544887);
     hair.k_q_trt_2 = 1.442695
-        * (1.721408 + 0.02986428 * r + e * (0.06790326 + 0.8062476 * r));
-    hair.k_uq_trt_2 = 1.442695 * (8.607683 + r * (-55.87264 * r - 44.46227));
+        * (1.727565 - 0.001429565 * r + e * (0.04984926 + 0.8601981 * r));
+    hair.k_uq_trt_2 = 1.442695 * (2.131292 + r * (5.027881 - 115.7801 * r));
     hair.k_uu_trt_2 = 1.442695
-        * (22.66545 + r * (-146.0684 * r - 110.2975) - 0.3188047 * e);
+        * (r * (190.5256 - 546.8654 * r) - 16.98222 - 0.7933235 * e);
     hair.k_u_trt_2 = 1.442695
-        * (r * (28.77021 + 54.3321 * r) - 2.57051 + e * (26.96101 * r - 4.408567));
+        * (r * (12.0479 + 72.93129 * r) - 0.1836476 + e * (29.58494 * r - 5.273264));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.379369 * t_r_3 - 4.407317 + r * (2.088836 - 0.2182356 * t_r_3)
+        * (-3.394507 * t_r_3 - 4.402579 + r * (2.081444 - 0.1838043 * t_r_3)
         + t_trt_5));
     float t_rest = tanh(1.0 / v);
     float level = 0.07957747 * (1.0 + t_rest) * exp2(1.1606481 * z - 4.408876)
@@ -263,8 +262,8 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float P = Y * (cos_phi + hair.kP);
     float t = abs(a);
     float square_size = T_2
-        * max(max(1.138498 + hair.slope_r * t, hair.slope_r_2 * t - 1.946931),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.4502217 * P);
+        * max(max(1.160044 + hair.slope_r * t, hair.slope_r_2 * t - 1.97498),
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.44706354 * P);
     return T_2 * rsqrt(square_size)
         * exp2(hair.k_tilt_r + hair.k_square_r * square
         + hair.k_x * sqrt(max(P, 0.0)) + hair.k_q_r * q + hair.k_P * P);
