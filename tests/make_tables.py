@@ -10,6 +10,7 @@ import itertools
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import reference
@@ -673,7 +674,7 @@ def S_point(*x):
         reference.complex_step(lambda *y: tuple(reference.S_parts(*y)), x, k)[1]
         for k in range(len(x))
     ]
-    sizes = dict.fromkeys(("", *S_NAMES), mpf(0))
+    sizes: dict[str, Any] = dict.fromkeys(("", *S_NAMES), mpf(0))
     for p, part in enumerate(parts):
         tilt, width = (*reference.LOBES, (0, 2))[p]
         w = width * beta_m
@@ -681,14 +682,14 @@ def S_point(*x):
         around = 0 if p == 3 else 1 / s
         angles = abs(phi) + (2 * p + 1) * mp.pi
         digits = 4 + 4 * off + 1 / w + angles * around
-        moved = dict.fromkeys(S_NAMES, mpf(1))
+        moved: dict[str, Any] = dict.fromkeys(S_NAMES, mpf(1))
         for name, by in (("theta_i", 1), ("theta_o", 1), ("alpha", abs(tilt))):
             moved[name] += by / w
         moved["beta_m"], moved["beta_n"] = (1 + off) / beta_m, 1 / beta_n
         if p < 3:
             at = theta_i, h, eta
             for k, name in enumerate(("theta_i", "h", "eta")):
-                _, by = reference.complex_step(lambda *y, p=p: turn(p, *y), at, k)
+                by: Any = reference.complex_step(lambda *y, p=p: turn(p, *y), at, k)[1]
                 moved[name] += abs(by) * around
             moved["phi"] += around
         sizes[""] += digits * part

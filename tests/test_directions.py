@@ -41,9 +41,10 @@ TANGENT = np.array([1.0, 0.0, 0.0])
 
 
 def value_by_vectors(of, at, u):
-    pair, h = fj.from_angles(*at[:3], TANGENT), at[3]
-    found = [f(of, *pair, h) for f in (directions.evaluate, directions.pdf)]
-    return *found, *directions.sample(of, pair[0], h, u)[:2]
+    theta_i, theta_o, phi, h = at
+    given, out = fj.from_angles(theta_i, theta_o, phi, TANGENT)
+    found = [f(of, given, out, h) for f in (directions.evaluate, directions.pdf)]
+    return *found, *directions.sample(of, given, h, u)[:2]
 
 
 def value_by_angles(of, at, u):

@@ -24,7 +24,7 @@ COUNT = 400_000
 DTYPES = [jnp.float32, jnp.float64]
 RULE = fj.GaussGamma(32)
 GLOSSY: Any = {"diffuse": (0.1, 0.05), "specular": 0.3, "exponent": 20.0}
-HAIR = fj.Fiber(eta=1.55, beta_m=0.2, beta_n=0.3, alpha=0.04, sigma_a=(0.2, 1.0))
+HAIR: Any = fj.Fiber(1.55, 0.2, 0.3, 0.04, (0.2, 1.0))
 
 MODELS = {
     "lambert": lambda *x: lambert.evaluate(*x, color=np.array((0.4, 0.8))),

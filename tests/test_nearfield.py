@@ -25,7 +25,8 @@ HAIR: Any = fj.Fiber(1.55, 0.25, 0.3, -0.035, COLORS)
 
 def fiber(beta, sigma_a: Any = None, alpha: Any = 0.0436) -> Any:
     """Of one roughness, or of beta_m and beta_n."""
-    return fj.Fiber(1.55, *np.broadcast_to(beta, 2), alpha, sigma_a)
+    beta_m, beta_n = np.broadcast_to(beta, 2)
+    return fj.Fiber(1.55, beta_m, beta_n, alpha, sigma_a)
 
 
 def angles(seed, count) -> Any:

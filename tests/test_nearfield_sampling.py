@@ -56,8 +56,9 @@ def uniform_furnace(of, theta_i, h, sine, phi, keys):
         u = jax.random.uniform(key, (2, len(sine) - 1, len(phi) - 1), jnp.float64)
         z = sine[:-1, None] + jnp.diff(sine)[:, None] * u[0]
         at = jnp.arcsin(z), phi[:-1] + jnp.diff(phi) * u[1]
-        at = [x.astype(theta_i.dtype) for x in at]
-        value = nearfield.evaluate(of, theta_i, *at, h).astype(jnp.float64)
+        theta_o, azimuth = (x.astype(theta_i.dtype) for x in at)
+        value = nearfield.evaluate(of, theta_i, theta_o, azimuth, h)
+        value = value.astype(jnp.float64)
         return (value * jnp.diff(sine)[:, None] * jnp.diff(phi)).sum()
 
     return jax.lax.map(estimate, keys)
@@ -212,8 +213,7 @@ def test_samples_and_density_are_consistent(dtype, sigma_a):
         of, given = fiber(beta, sigma_a), (dtype(theta_i), dtype(h))
         drawn = nearfield.sample(of, *given, u)
         theta_o, phi, weight = (np.asarray(x, float) for x in drawn[:3])
-        few = [x[:4096] for x in (drawn.theta_o, drawn.phi)]
-        at = given[0], *few, given[1]
+        at = given[0], drawn.theta_o[:4096], drawn.phi[:4096], given[1]
         ratio = nearfield.evaluate(of, *at) / nearfield.pdf(of, *at)
         np.testing.assert_allclose(drawn.weight[:4096], ratio, rtol=16 * eps)
         exact = moments(of, theta_i, h)
