@@ -27,8 +27,8 @@ import jax.numpy as jnp
 import numpy as np
 from shared import cases
 from shared.counting import counted
-from shared.judged import LOBES, by_band, by_lobe, clear, judged, of_cases, summary
-from shared.judged import worst as worst_of
+from shared.judgment import LOBES, by_band, by_lobe, clear, judged, of_cases, summary
+from shared.judgment import worst as worst_of
 from shared.report import progress, save
 from shared.sphere import PATHS, Grid, grid
 

@@ -30,8 +30,8 @@ import optimistix as optx
 from jax.flatten_util import ravel_pytree
 from shared.fitted import clear, fibers
 from shared.forms import FORMS, START, constants, moved, noise
+from shared.importance import Samples, samples
 from shared.report import CONSTANTS, progress, rounded, save
-from shared.samples import Samples, samples
 from shared.sphere import Grid, grid, sums
 from shared.weighed import of_all, of_lobe, relative
 

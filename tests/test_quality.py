@@ -19,7 +19,7 @@ sys.path.insert(0, str(FITS))
 
 quality, sphere, judged, joint, cases = map(
     import_module,
-    ("quality", "shared.sphere", "shared.judged", "shared.joint", "shared.cases"),
+    ("quality", "shared.sphere", "shared.judgment", "shared.joint", "shared.cases"),
 )
 SMALL = sphere.grid(48, 24)
 BROWN = cases.fiber(cases.COLORS["brown"], (0.25, 0.25), 0.04)

@@ -22,7 +22,7 @@ FITS = Path(__file__).parents[1] / "fits"
 sys.path.insert(0, str(FITS))
 tiers: Any = import_module("tiers")
 forms: Any = import_module("shared.forms")
-samples: Any = import_module("shared.samples")
+samples: Any = import_module("shared.importance")
 weighed: Any = import_module("shared.weighed")
 cases: Any = import_module("shared.cases")
 

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from shared.samples import Samples
+from shared.importance import Samples
 
 from fiberjax import exponential
 from fiberjax.shading import LOBES
