@@ -282,9 +282,9 @@ def test_bad_input_says_what_is_allowed(case):
 
 FLOORS = (
     {"_types", "expression"},
-    {"numerics", "quadrature"},
-    {"bessel", "circular", "fresnel", "perceptual", "pigment"},
-    {"spherical"},
+    {"bulk", "numerics", "quadrature", "table"},
+    {"bessel", "chunks", "circular", "fresnel", "perceptual", "pigment"},
+    {"baking", "spherical"},
     {"compat", "detectors"},
     {"path"},
     {"section"},

@@ -23,6 +23,8 @@ from fiberjax import realtime as realtime
 from fiberjax import shader as shader
 from fiberjax.auto import auto as auto
 from fiberjax.azimuthal import N as N
+from fiberjax.baking import tabulate as tabulate
+from fiberjax.bulk import in_blocks as in_blocks
 from fiberjax.circular import trimmed_logistic as trimmed_logistic
 from fiberjax.circular import wrapped_normal as wrapped_normal
 from fiberjax.energy import albedo as albedo
@@ -51,5 +53,6 @@ from fiberjax.smooth import N_smooth as N_smooth
 from fiberjax.smooth import pdf_smooth as pdf_smooth
 from fiberjax.spherical import M as M
 from fiberjax.spherical import sample_M as sample_M
+from fiberjax.table import Table as Table
 from fiberjax.textbook import GaussH as GaussH
 from fiberjax.windows import Windowed as Windowed
