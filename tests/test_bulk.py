@@ -129,25 +129,46 @@ def test_only_the_gradient_in_the_parameters_is_sent():
         assert 0 < sum(sizes) <= sum(x.size for x in jax.tree.leaves(HAIR))
 
 
-def temporary(f, n, block):
+def temporary(f, *given):
     """Bytes that a compiled function needs beside arguments and results."""
-    x = jax.ShapeDtypeStruct((n,), jnp.float64)
-    bulk: Any = fj.in_blocks(f, block=block)
-    loss: Any = jax.jit(jax.grad(lambda fiber, *at: bulk(fiber, *at).sum()))
-    return [
-        g.lower(HAIR, x, x, x).compile().memory_analysis().temp_size_in_bytes
-        for g in (bulk, loss)
-    ]
+    compiled: Any = jax.jit(f).lower(*given).compile()
+    return compiled.memory_analysis().temp_size_in_bytes
 
 
 def test_memory_is_that_of_a_block():
-    f = partial(fj.lobe, rule=many_devices.RULE)
-    f = partial(lambda g, fiber, *at: g(fiber, 0, *at), f)
-    few, many = (temporary(f, n * 1024, 1024) for n in (4, 4096))
-    whole = temporary(f, 64 * 1024, 64 * 1024)
+    """And in reverse mode that of the cotangents of results, three numbers a query."""
+
+    def R(fiber, *at):
+        return fj.lobe(fiber, 0, *at, rule=fj.GaussGamma(16))
+
+    def needed(blocks, block):
+        x = jax.ShapeDtypeStruct((blocks * block,), jnp.float64)
+        bulk = fj.in_blocks(R, block=block)
+        slope = jax.grad(lambda fiber, *at: bulk(fiber, *at).sum())
+        cotangents = 3 * 8 * x.size
+        given = HAIR, x, x, x
+        return temporary(bulk, *given), temporary(slope, *given) - cotangents
+
+    few, many, one = needed(4, 1024), needed(1024, 1024), needed(1, 64 * 1024)
     for k in range(2):
-        assert many[k] < 1.1 * few[k] + 4096
-        assert many[k] < whole[k] / 8
+        assert many[k] < 1.2 * few[k] + 8192
+        assert many[k] < one[k] / 8
+
+
+def test_what_is_drawn_in_a_block_is_never_stored():
+    """The gradient of a sum over any number of queries, in the memory of one block."""
+
+    def total(width, seed):
+        x = jax.random.normal(jax.random.key(seed[0]), (4096,))
+        return jnp.exp(-((x / width) ** 2)).sum()[None]
+
+    bulk = fj.in_blocks(total, block=1)
+    slope = jax.grad(lambda width, seeds: bulk(width, seeds).sum())
+    few, many = (
+        temporary(slope, 1.0, jax.ShapeDtypeStruct((n,), jnp.int64)) for n in (4, 4096)
+    )
+    per_seed = 16
+    assert many < few + per_seed * 4096 + 8192 < 4096 * 4096
 
 
 def test_numbers_and_trees_go_through():

@@ -43,12 +43,13 @@ def in_blocks(
 
     function(parameters, *queries), as `evaluate`, `pdf`, `sample` and `albedo` are with
     a fiber for parameters. The queries are cut into blocks; a device works through its
-    blocks one after the other, and reverse mode computes each block again, so that
-    beside arguments and results the memory is that of one block for values as for
-    gradients. On a mesh the blocks are spread over the devices of all its axes and the
-    parameters are copied to each. Values need no communication, the gradient in the
-    parameters one sum over devices. What is in a block does not depend on the mesh:
-    neither do results, but for their last bits.
+    blocks one after the other, and reverse mode computes each block again: beside
+    arguments, results and the cotangents of results, memory is that of one block. A sum
+    over queries that a function draws by itself, from seeds and block=1, needs no more.
+    On a mesh the blocks are spread over the devices of all its axes and the parameters
+    are copied to each. Values need no communication, the gradient in the parameters one
+    sum over devices. What is in a block does not depend on the mesh: neither do
+    results, but for their last bits.
 
     Args:
         function: returns arrays, or a PyTree of them, whose first axis is that of the
