@@ -63,7 +63,8 @@ def uniform_error(f):
 
     nodes = on(phi, theta)
     near = (nodes[:-1, :-1] + nodes[1:, :-1] + nodes[:-1, 1:] + nodes[1:, 1:]) / 4
-    return np.abs(near - on(middle(phi), middle(theta))).max() / nodes.max()
+    peak = on(np.linspace(0, np.pi, 1024), theta).max()
+    return np.abs(near - on(middle(phi), middle(theta))).max() / peak
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,8 @@ def test_ten_times_better_than_a_uniform_table(beta_n, p):
     optics: Any = {"eta": 1.55, "sigma_a": 0.3, "beta_n": beta_n, "rule": rule}
     f = partial(fj.N, p, **optics)
     bulk = fj.in_blocks(lambda _, *at: f(*at), block=4096)
-    uniform = uniform_error(partial(bulk, None))
+    # 29 % is what others were found to be off by at most.
+    uniform = min(uniform_error(partial(bulk, None)), 0.29)
     baked = fj.tabulate(f, AXES, tolerance=uniform / 10, entries=1 << 16)
     assert baked.values.size <= SIDE * SIDE
     at = RNG.uniform([0, 0], [np.pi, np.pi / 2], (4 * 4096, 2)).T
