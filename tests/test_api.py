@@ -54,12 +54,9 @@ CASES = {
     "to_angles": (fj.to_angles, (WI, WO, TANGENT)),
     "from_angles": (fj.from_angles, (0.3, 0.1, 2.0, TANGENT)),
 }
-OTHERS = {"Fiber", "Sample", "Caustics", "Roots", "check", "auto"} | {
-    "GaussH",
-    "GaussGamma",
-    "Series",
-    "Windowed",
-}
+RULES = {"GaussH", "GaussGamma", "Series", "Windowed", "auto"}
+OTHERS = {"Fiber", "Sample", "Caustics", "Roots", "Table", "check"} | RULES
+OTHERS |= {"in_blocks", "tabulate"}  # of any function
 
 
 def arrays(point, dtype):

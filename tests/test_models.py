@@ -498,8 +498,8 @@ def test_sampler_of_2014(of, theta_i, choices):
     value = deon2014.evaluate(of, theta_i, some.theta_o, some.phi, **choices)
     weight, value = (np.reshape(x, (20_000, -1)) for x in (some.weight, value))
     residual = weight - value / np.asarray(density(some.theta_o, some.phi))[:, None]
-    for test in (1, np.cos(some.phi), np.sin(3 * some.theta_o), np.cos(3 * some.phi)):
-        z = np.ravel(test)[:, None] * residual
+    for test in (1.0, np.cos(some.phi), np.sin(3 * some.theta_o), np.cos(3 * some.phi)):
+        z = np.ravel(test)[:, None] * np.asarray(residual)
         assert np.all(np.abs(z.mean(0)) < 4.5 * z.std(0) / np.sqrt(len(z)))
     assert residual.std() > 1e-3
 
