@@ -573,6 +573,27 @@ def karis2016_D_TRT():
     return whole, 0.75, 100 * off
 
 
+@erratum
+def karis2016_D_blind():
+    phi, (h, weight) = np.linspace(0, np.pi, 361), nodes(-1, 1)
+    beta_n, theta_d = 0.7, np.radians(75)
+    h_TT = np.cos(phi / 2) * (1 + (0.6 - 0.8 * np.cos(phi)) / eta_prime(theta_d))
+    misses = []
+    for p, at, k in ((1, h_TT, (-3.65, -3.98)), (2, np.sqrt(3) / 2, (17, -16.78))):
+        away = phi[:, None] - Phi(p, h, theta_d)
+        images = (away + 2 * np.pi * m for m in range(-3, 4))
+        D = sum(np.exp(-((x / beta_n) ** 2) / 2) for x in images)
+        A = naive_attenuation(p, h, theta_d, ETA, 0.0)
+        truth = (A * weight * D).sum(1) / (2 * beta_n * np.sqrt(2 * np.pi))
+        found = fj.N(p, phi, theta_d, eta=ETA, sigma_a=None, beta_n=beta_n)
+        np.testing.assert_allclose(found, truth, rtol=0, atol=1e-5 * truth.max())
+        A = naive_attenuation(p, np.minimum(at, 1), theta_d, ETA, 0.0)
+        off = np.abs(A * np.exp(k[0] * np.cos(phi) + k[1]) - truth).max() / truth.max()
+        assert off > 1
+        misses.append(100 * off)
+    return *misses, beta_n, 75
+
+
 def two_segments(theta):
     """Length of both segments of TRT at Karis' offset, by trace."""
     h, angle = np.full(1, np.sqrt(3) / 2), np.full(1, theta)
