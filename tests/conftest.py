@@ -9,7 +9,7 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 MAPS = Path("/proc/self/maps")
-MANY = 30_000
+MANY = 20_000
 
 
 @pytest.fixture(autouse=True)
