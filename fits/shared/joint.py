@@ -153,8 +153,10 @@ def by_scipy(
         with np.errstate(over="ignore"):  # a step that went too far is taken back
             one = optimize.least_squares(f, start, slopes, x_scale="jac", max_nfev=60)
         value = unravel(jnp.asarray(one.x))
-        found.append(mean_square(relative(lobe, value, judge)))
-    error = float(np.nanmin(found))
+        error = mean_square(relative(lobe, value, judge))
+        # A start that ends at NaN has found nothing.
+        found.append(error if np.isfinite(error) else np.inf)
+    error = min(found)
     if error * AGREE < best.error:
         raise FitError(f"scipy finds an error of {error}, not {best.error}")
     return error
