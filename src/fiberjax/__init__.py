@@ -20,6 +20,7 @@ from fiberjax import nearfield as nearfield
 from fiberjax import perceptual as perceptual
 from fiberjax import pigment as pigment
 from fiberjax import realtime as realtime
+from fiberjax import scene as scene
 from fiberjax import shader as shader
 from fiberjax.auto import auto as auto
 from fiberjax.azimuthal import N as N

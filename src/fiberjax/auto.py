@@ -21,14 +21,10 @@ from fiberjax.rules import (
     answer,
     by_case,
     check_tolerance,
-    whole_shape,
 )
 from fiberjax.section import Section
-from fiberjax.series import series
+from fiberjax.series import many_phi, series
 from fiberjax.windows import Windowed
-
-_SHARED = 16
-"""With this many phi to one theta_d a series takes less time than nodes for each."""
 
 _MANY = 5.5
 """With more nodes than this times log(1/tolerance) windows take less time."""
@@ -102,13 +98,8 @@ class _Graded(GaussGamma):
         return math.ceil(_MANY * self.digits)
 
     def cases(self, weights, phi, section, detector):
-        def needed(form):
-            return form.low <= self.s_max and form.high > self.s_min
-
-        def forms(tolerance):
-            return list(filter(needed, detector.forms(tolerance)))
-
-        return super().cases(weights, phi, section, detector._replace(forms=forms))
+        detector = detector.within(self.s_min, self.s_max)
+        return super().cases(weights, phi, section, detector)
 
     def nodes(self, seen, section, detector, at_least=0):
         ladder, longest = [4], max(self.longest(highest(seen), detector), at_least)
@@ -144,7 +135,9 @@ class Auto(Rule):
     def convolve(self, seen, weights, phi, section, detector):
         graded = self._graded(phi.dtype)
         what = weights, phi, section, detector
-        shared = not detector.kink and _shared(seen, phi, section)
+        if all(lobe.p is None for lobe in seen):
+            return graded.convolve(seen, *what)
+        shared = not detector.kink and many_phi(seen, phi, section)
         if shared:
             low, many, case = self._series(graded, seen, *what)
             cases = [case]
@@ -187,13 +180,6 @@ class Auto(Rule):
             return series(*what, last, most)
 
         return low, many, Case(lambda lobe: True, value)
-
-
-def _shared(seen: Sequence[Seen], phi: Floats, section: Section) -> bool:
-    """Whether many phi share all else."""
-    full = math.prod(whole_shape(seen, phi, section))
-    each = math.prod(whole_shape(seen, jnp.zeros((), phi.dtype), section))
-    return full >= _SHARED * each
 
 
 def auto(tolerance: float, s_min: float = 1e-6, s_max: float = math.inf) -> Auto:

@@ -159,6 +159,15 @@ class Detector(NamedTuple):
     effort: Callable[[float], float]
     kink: bool
 
+    def within(self, low: float, high: float) -> "Detector":
+        """The same with no formulas but those that a range of roughness needs."""
+
+        def forms(tolerance):
+            every = self.forms(tolerance)
+            return [form for form in every if form.low <= high and form.high > low]
+
+        return self._replace(forms=forms)
+
 
 DETECTORS = {
     "normal": Detector(

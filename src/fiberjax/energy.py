@@ -1,7 +1,5 @@
 """How much of the light a fiber scatters."""
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 
@@ -49,11 +47,14 @@ def _part_albedo(model: Model, fiber: Fiber, part, theta_i) -> Floats:
     return weighted_sum(term, gauss_legendre_unit(_INCLINATIONS), theta_i.dtype)
 
 
-@partial(jax.jit, static_argnames=("model", "per_lobe"))
-def _albedo(model: Model, fiber: Fiber, theta_i, per_lobe) -> Floats:
+def albedo_model(model: Model, fiber: Fiber, theta_i, per_lobe) -> Floats:
+    """`albedo` by static choices of any kind."""
     parts = [_part_albedo(model, fiber, part, theta_i) for part in model.parts]
     value = jnp.stack(parts) if per_lobe else sum(parts[1:], parts[0])
     return drop_color(value, fiber.sigma_a)
+
+
+_albedo = jax.jit(albedo_model, static_argnames=("model", "per_lobe"))
 
 
 def albedo(

@@ -18,8 +18,6 @@ incidence="theta_d" and no tilt both give the same value; tilt and "theta_i" are
 symmetric.
 """
 
-from functools import partial
-
 import jax
 
 from fiberjax._types import Floats, Reals, choice, lobe_number
@@ -27,13 +25,13 @@ from fiberjax.auto import DEFAULT
 from fiberjax.azimuthal import drop_color
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber
-from fiberjax.model import Model, longitudinal, prepare
+from fiberjax.model import Attenuations, Model, longitudinal, prepare
 from fiberjax.rules import Rule, Seen
-from fiberjax.section import colorless, ray
+from fiberjax.section import colorless
 from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES, direction_weights
 
 
-def _scattered(model: Model, fiber: Fiber, weights, section, *angles) -> Floats:
+def _scattered(model: Model, fiber: Fiber, parts, weights, section, *angles) -> Floats:
     """Sum over parts of M times the azimuthal integral of their weights."""
     theta_i, theta_o, phi = angles
     seen = [
@@ -42,26 +40,30 @@ def _scattered(model: Model, fiber: Fiber, weights, section, *angles) -> Floats:
             model.shape(fiber, part).beta_n,
             longitudinal(model, fiber, part, theta_i, theta_o),
         )
-        for part in model.parts
+        for part in parts
     ]
     detector = DETECTORS[model.detector]
     return model.rule.convolve(seen, weights, phi, section, detector)
 
 
-@partial(jax.jit, static_argnames="model")
-def _evaluate(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
+def scattered(model: Model, fiber: Fiber, parts, theta_i, theta_o, phi) -> Floats:
+    """Sum of M N over some parts of the model, with a color axis."""
     section = model.section(fiber, theta_i, theta_o)
+    weights = Attenuations(model, parts, section)
+    return _scattered(model, fiber, parts, weights, section, theta_i, theta_o, phi)
 
-    def weights(offset):
-        one = ray(offset, section)
-        return [model.attenuation(part, one) for part in model.parts]
 
-    value = _scattered(model, fiber, weights, section, theta_i, theta_o, phi)
+def evaluate_model(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
+    """`evaluate` by static choices of any kind."""
+    value = scattered(model, fiber, model.parts, theta_i, theta_o, phi)
     return drop_color(value, fiber.sigma_a)
 
 
-@partial(jax.jit, static_argnames=("model", "strategy"))
-def _pdf(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
+_evaluate = jax.jit(evaluate_model, static_argnames="model")
+
+
+def pdf_model(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
+    """`pdf` by static choices of any kind."""
     section = model.section(fiber, theta_i, theta_o)
     if strategy != "lobe_first":
         joint, factor = direction_weights(model, strategy, fiber, theta_i, theta_o)
@@ -80,7 +82,11 @@ def _pdf(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
         probability, _ = model.selection(fiber, theta_i, offset)
         return [colorless(probability[..., k]) for k in range(len(model.parts))]
 
-    return _scattered(model, fiber, weights, section, theta_i, theta_o, phi)[..., 0]
+    angles = theta_i, theta_o, phi
+    return _scattered(model, fiber, model.parts, weights, section, *angles)[..., 0]
+
+
+_pdf = jax.jit(pdf_model, static_argnames=("model", "strategy"))
 
 
 def evaluate(

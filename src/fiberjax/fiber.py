@@ -66,7 +66,7 @@ class Fiber(eqx.Module):
     )
 
 
-_DOMAINS = {
+DOMAINS = {
     "eta": (1.0, np.inf),
     "beta_m": (0.0, np.inf),
     "beta_n": (0.0, np.inf),
@@ -76,16 +76,16 @@ _DOMAINS = {
     "widths_n": (0.0, np.inf),
     "tilts": (-np.inf, np.inf),
 }
-_MAY_TOUCH = ("eta", "sigma_a")  # the lower bound itself is allowed
-_MAY_MISS = ("alpha", "sigma_a")
-_PER_LOBE = ("widths_m", "widths_n", "tilts")
+MAY_TOUCH = ("eta", "sigma_a")  # the lower bound itself is allowed
+MAY_MISS = ("alpha", "sigma_a")
+PER_LOBE = ("widths_m", "widths_n", "tilts")
 
 
 def _present(fiber: Fiber, name: str) -> Any:
     """The field; ValueError if it is None and may not be."""
     value = getattr(fiber, name)
-    if value is None and name not in _MAY_MISS:
-        raise ValueError(f"{name} is None: must be a number; only {_MAY_MISS} may be")
+    if value is None and name not in MAY_MISS:
+        raise ValueError(f"{name} is None: must be a number; only {MAY_MISS} may be")
     return value
 
 
@@ -104,18 +104,18 @@ def check(fiber: Fiber) -> Fiber:
     Raises:
         ValueError: naming the field, the value and what is allowed.
     """
-    for name, (low, high) in _DOMAINS.items():
+    for name, (low, high) in DOMAINS.items():
         value = _present(fiber, name)
         if value is None:
             continue
         value = np.asarray(value, np.float64)
-        if name in _PER_LOBE and not value.size:
+        if name in PER_LOBE and not value.size:
             raise ValueError(f"{name} is empty: must have a factor for lobe 0")
-        inside = (value >= low) if name in _MAY_TOUCH else (value > low)
+        inside = (value >= low) if name in MAY_TOUCH else (value > low)
         inside &= value < high
         if not inside.all():
             bad = value[~inside].flat[0]
-            left = "[" if name in _MAY_TOUCH else "("
+            left = "[" if name in MAY_TOUCH else "("
             raise ValueError(f"{name} = {bad}: must lie in {left}{low:g}, {high:g})")
     return fiber
 
@@ -130,11 +130,11 @@ class LobeShape(NamedTuple):
 
 def cast(fiber: Fiber, dtype: Any) -> Fiber:
     """The fiber in another dtype; ValueError if it is not one fiber."""
-    for name in _DOMAINS:
+    for name in DOMAINS:
         value = _present(fiber, name)
         if value is None or name == "sigma_a":
             check_sigma_a(fiber.sigma_a)
-        elif name in _PER_LOBE:
+        elif name in PER_LOBE:
             if value.ndim != 1 or not value.size:
                 raise ValueError(
                     f"{name} has shape {value.shape}: must be (L,), L >= 1"

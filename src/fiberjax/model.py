@@ -3,17 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from fiberjax import numerics
 from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
+from fiberjax.along import Along
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, LobeShape, cast, cone, fold, lobe_shape, rest_shape
 from fiberjax.rules import Rule, check_rule
-from fiberjax.section import Light, Offset, Ray, Section, ray, section
-from fiberjax.spherical import M
+from fiberjax.section import Light, Offset, Ray, Section, ray, section, section_of
+from fiberjax.spherical import Inclination, M, inclination, turned
 
 INCIDENCES = ("theta_d", "theta_i")
 
@@ -22,7 +24,8 @@ INCIDENCES = ("theta_d", "theta_i")
 class Model:
     """Which lobes, and by which rules: everything about the model that is not a number.
 
-    A part is a lobe p, or P = max(lobes) + 1 for the rest, all lobes from P on.
+    A part is a lobe p, or P = max(lobes) + 1 for the rest, all lobes from P on. Where
+    `along` is given, M and angle functions are those of a tolerance.
     """
 
     lobes: tuple[int, ...]
@@ -30,6 +33,7 @@ class Model:
     rule: Rule
     detector: str
     incidence: str
+    along: Along | None = None
 
     def __post_init__(self):
         try:
@@ -63,10 +67,10 @@ class Model:
 
     def section(self, fiber: Fiber, theta_i: Floats, theta_o: Floats) -> Section:
         """The cross-section that attenuations and eta' are taken at."""
-        inclination = (
-            (theta_o - theta_i) / 2 if self.incidence == "theta_d" else theta_i
-        )
-        return section(inclination, fiber.eta, fiber.sigma_a)
+        at = (theta_o - theta_i) / 2 if self.incidence == "theta_d" else theta_i
+        if self.along is None:
+            return section(at, fiber.eta, fiber.sigma_a)
+        return section_of(numerics.sin_cos(at)[1], fiber.eta, fiber.sigma_a)
 
     def attenuation(self, part: int, one: Ray) -> Light:
         """A_p of a ray, or its sum over the rest."""
@@ -87,6 +91,26 @@ class Model:
             one = ray(offset, self.section(fiber, theta_i, cone_p))
             spec.append(self.attenuation(part, one).mean())
         return shares(spec)
+
+
+class Attenuations(NamedTuple):
+    """The weights of some parts: what an offset lets through at a section."""
+
+    model: Model
+    parts: tuple[int, ...]
+    section: Section
+
+    def __call__(self, offset: Offset) -> list[Light]:
+        one = ray(offset, self.section)
+        return [self.model.attenuation(part, one) for part in self.parts]
+
+    def only(self, which: Sequence[int]) -> "Attenuations":
+        """Those of some of the parts, by their places."""
+        return self._replace(parts=tuple(self.parts[k] for k in which))
+
+    def at(self, section: Section) -> "Attenuations":
+        """The same at another section."""
+        return self._replace(section=section)
 
 
 def portions(values: Sequence[Floats]) -> tuple[list[Floats], Any]:
@@ -130,4 +154,11 @@ def prepare(fiber: Fiber, *angles: Reals) -> tuple[Fiber, list[Floats]]:
 def longitudinal(model: Model, fiber: Fiber, part, theta_i, theta_o) -> Floats:
     """M of one part."""
     shape = model.shape(fiber, part)
-    return M(cone(theta_i, shape), theta_o, shape.beta_m**2)
+    v = shape.beta_m**2
+    if model.along is None:
+        return M(cone(theta_i, shape), theta_o, v)
+    sin, cos = numerics.sin_cos(theta_i)
+    around, out = Inclination(-sin, cos), Inclination(*numerics.sin_cos(theta_o))
+    if shape.tilt is not None:
+        around = turned(around, inclination(shape.tilt))
+    return model.along.M(around, out, v)

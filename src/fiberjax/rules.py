@@ -75,8 +75,8 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
     that takes nothing costs nothing, as long as that is one decision, as it is for
     roughness that is one number and not under jax.vmap.
     """
-    if len(cases) == 1:
-        return cases[0].value(seen)
+    if len(cases) == 1 or all(lobe.p is None for lobe in seen):
+        return cases[-1].value(seen)
 
     # Every case reads the factors: none is to compute them anew.
     factors = numerics.stored(lambda: [x.factor for x in seen], abs(seen[0].beta_n))

@@ -1,6 +1,5 @@
 """Importance sampling of the far-field model."""
 
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -60,8 +59,8 @@ def _bound(clamp: Any) -> float:
     return bound
 
 
-@partial(jax.jit, static_argnames=("model", "strategy", "gradient"))
-def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
+def sample_model(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
+    """`sample` by static choices of any kind."""
     shape = jnp.broadcast_shapes(theta_i.shape, u.shape[:-1])
     detached, again = gradient == "detached", strategy != "lobe_first"
 
@@ -124,6 +123,9 @@ def _sample(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, clamp):
     if clamp is not None:
         weight = jnp.minimum(weight, jnp.asarray(clamp, weight.dtype))
     return Sample(theta_o, phi, drop_color(weight, fiber.sigma_a), p)
+
+
+_sample = jax.jit(sample_model, static_argnames=("model", "strategy", "gradient"))
 
 
 def sample(

@@ -8,6 +8,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import TURN, sin_cos
@@ -23,6 +24,18 @@ _NODES = 16
 """Nodes at a time, fewer for more than _AT_ONCE/_NODES sections."""
 
 _AT_ONCE = 1 << 14
+
+_EXACT = jax.lax.Precision.HIGHEST
+
+_SHARED = 16
+"""With this many phi to one theta_d a series takes less time than nodes for each."""
+
+
+def many_phi(seen: Sequence[Seen], phi: Floats, section: Section) -> bool:
+    """Whether many phi share all else."""
+    full = math.prod(whole_shape(seen, phi, section))
+    each = math.prod(whole_shape(seen, jnp.zeros((), phi.dtype), section))
+    return full >= _SHARED * each
 
 
 def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
@@ -44,7 +57,7 @@ def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> F
         f"z{on_phi},z{on_rest}y->{''.join(sorted({*on_phi, *on_rest}))}y",
         waves.reshape(-1, *phi_sizes),
         coefficients.reshape(-1, *rest_sizes, coefficients.shape[-1]),
-        precision=jax.lax.Precision.HIGHEST,
+        precision=_EXACT,
     )
     return found.reshape(*shape, coefficients.shape[-1])
 
@@ -119,7 +132,7 @@ def series(
         turn = deflection(lobe.p, offset, section)
         turn = jnp.broadcast_to(turn, light.common.shape)
         _, waves = sin_cos(jnp.moveaxis(turn, 0, -1)[..., None] * k)
-        found = jnp.matmul(weighted, waves, precision=jax.lax.Precision.HIGHEST)
+        found = jnp.matmul(weighted, waves, precision=_EXACT)
         return jnp.moveaxis(found, -1, 0)
 
     def some_waves(k):
@@ -160,3 +173,25 @@ def series(
     blocks = jnp.arange(most + 1 + -(most + 1) % _BLOCK, dtype=phi.dtype)
     start = jnp.zeros(like.shape, like.dtype)
     return jax.lax.scan(step, start, blocks.reshape(-1, _BLOCK))[0]
+
+
+def series_of(
+    lobe: Seen, weights: Weights, section: Section, nodes: Nodes, terms: int
+) -> Floats:
+    """Coefficients of cos(k phi) in N of one lobe, k to `terms`: (J, terms + 1, C).
+
+    For a section of J inclinations, by the nodes of `GaussGamma`, without the factor.
+    """
+    p, dtype = lobe.p or 0, section.cos.dtype
+    t, w = (jnp.asarray(x, dtype)[:, None] for x in nodes[:2])
+    offset, slope = graded_offsets(grading(section, p))(t)
+    light = weights(offset)[0].stacked() * (w * slope)[..., None]
+    k = np.arange(terms + 1)
+    turn = jnp.broadcast_to(deflection(p, offset, section), light.shape[:-1])
+    _, waves = sin_cos(turn[..., None] * jnp.asarray(k, dtype))
+    found = jnp.einsum("njk,njc->jkc", waves, light, precision=_EXACT)
+    sign = np.where(k * p % 2 == 0, 1, -1) * np.where(k == 0, 1, 2) / TURN
+    damp = jnp.asarray(sign, dtype)
+    if terms:
+        damp = damp * jnp.exp(-((jnp.asarray(k, dtype) * lobe.beta_n) ** 2) / 2)
+    return found * damp[:, None]

@@ -4,6 +4,7 @@ M is what a spherical Gaussian makes of the specular cone: a cone of inclination
 theta_cone, convolved on the sphere with a von Mises-Fisher density of variance v.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -33,11 +34,17 @@ def turned(of: Inclination, by: Inclination) -> Inclination:
     )
 
 
-def _density(E: Floats, a: Floats, v: Floats) -> Floats:
+def density(
+    E: Floats,
+    a: Floats,
+    v: Floats,
+    bessel: Callable[[Floats], Floats] = jax.scipy.special.i0e,
+) -> Floats:
+    """M from its exponent, a = cos theta_c cos theta_o/v, and exp(-|a|) I0(a)."""
     # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
     # another order the exponent would lose a digit for each digit of 1/v.
     # The factor behind is large where the exponential is small, so it comes first.
-    factor = jax.scipy.special.i0e(a) / (-v * jnp.expm1(-2 / v))
+    factor = bessel(a) / (-v * jnp.expm1(-2 / v))
     return jnp.exp(E + (jnp.abs(a) - a)) * factor
 
 
@@ -45,7 +52,7 @@ def _density(E: Floats, a: Floats, v: Floats) -> Floats:
 def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
     x = 1 / v
     E = -2 * x * jnp.sin((theta_o - theta_c) / 2) ** 2
-    return _density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), v)
+    return density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), v)
 
 
 def _log_M_derivatives(
@@ -97,10 +104,21 @@ def _M_jvp(primals, tangents):
     return value, value * sum(s * t for s, t in zip(slopes, tangents, strict=True))
 
 
-def _versine(cone: Inclination, out: Inclination) -> Floats:
+def versine(cone: Inclination, out: Inclination) -> Floats:
     """1 - cos of the difference of two angles."""
     by_sin, by_cos = out.sin - cone.sin, out.cos - cone.cos
     return (by_sin * by_sin + by_cos * by_cos) / 2
+
+
+def slopes(cone: Inclination, out: Inclination, v: Floats) -> tuple[Floats, ...]:
+    """Derivatives of log M along the circles of both angles, and in v."""
+    sin_D = out.sin * cone.cos - out.cos * cone.sin
+    return _log_M_derivatives(cone, out, sin_D, versine(cone, out), v)
+
+
+def turning(of: Inclination, moved: Inclination) -> Floats:
+    """What a tangent of sine and cosine is along the circle."""
+    return of.cos * moved.sin - of.sin * moved.cos
 
 
 @jax.custom_jvp
@@ -110,17 +128,16 @@ def M_around(cone: Inclination, out: Inclination, v: Floats) -> Floats:
     Derivatives are those along the circles of both.
     """
     x = 1 / v
-    return _density(-x * _versine(cone, out), x * cone.cos * out.cos, v)
+    return density(-x * versine(cone, out), x * cone.cos * out.cos, v)
 
 
 @M_around.defjvp
 def _M_around_jvp(primals, tangents):
     (cone, out, v), (dcone, dout, dv) = primals, tangents
     value = M_around(*primals)
-    sin_D = out.sin * cone.cos - out.cos * cone.sin
-    slopes = _log_M_derivatives(cone, out, sin_D, _versine(cone, out), v)
-    turns = [of.cos * d.sin - of.sin * d.cos for of, d in ((cone, dcone), (out, dout))]
-    return value, value * sum(s * t for s, t in zip(slopes, [*turns, dv], strict=True))
+    turns = [turning(cone, dcone), turning(out, dout), dv]
+    each = zip(slopes(cone, out, v), turns, strict=True)
+    return value, value * sum(s * t for s, t in each)
 
 
 def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:

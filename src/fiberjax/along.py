@@ -1,0 +1,105 @@
+"""M to a tolerance: one short polynomial in place of two long ones for I0."""
+
+import math
+from dataclasses import dataclass
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.special import i0e
+
+from fiberjax import numerics
+from fiberjax._types import Floats
+from fiberjax.spherical import Inclination, density, slopes, turning, versine
+
+_SHIFTS = (1.0, 2.0, 4.0, 8.0)
+_MOST = 40
+_POINTS = 2000
+
+
+def _places(low: float, high: float, count: int) -> np.ndarray:
+    """Values from low to high, as dense in log(1 + a)."""
+    return np.expm1(np.linspace(math.log1p(low), math.log1p(high), count))
+
+
+@cache
+def _polynomial(low: float, high: float, tolerance: float) -> tuple[float, ...]:
+    """I0e(a) sqrt(1 + 2 pi a): (shift, both ends of w, coefficients of a polynomial).
+
+    w = a/(a + shift), moved to [-1, 1], is bounded for all a, and the function tends to
+    1 at both ends. The shift is the one that needs the fewest terms.
+    """
+    a = _places(low, high, _POINTS)
+    best: tuple[float, ...] | None = None
+    for shift in _SHIFTS:
+        ends = low / (low + shift), high / (high + shift)
+        if ends[1] - ends[0] < 1e-9:
+            ends = ends[0] - 1e-9, ends[1] + 1e-9
+
+        def value(a, shift=shift, ends=ends):
+            w = (a / (a + shift) - ends[0]) / (ends[1] - ends[0])
+            return 2 * w - 1, i0e(a) * np.sqrt(1 + 2 * np.pi * a)
+
+        s, f = value(a)
+        for count in range(1, _MOST):
+            node = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+            w = (node + 1) / 2 * (ends[1] - ends[0]) + ends[0]
+            _, exact = value(shift * w / (1 - w))
+            fit = np.polynomial.chebyshev.chebfit(node, exact, count - 1)
+            error = np.abs(np.polynomial.chebyshev.chebval(s, fit) / f - 1).max()
+            if error <= tolerance:
+                power = np.polynomial.chebyshev.cheb2poly(fit)
+                if best is None or len(power) < len(best) - 3:
+                    best = (shift, *ends, *map(float, power))
+                break
+    if best is None:
+        raise ValueError(f"tolerance = {tolerance}: must be above the rounding of I0")
+    return best
+
+
+@dataclass(frozen=True)
+class Along:
+    """M for a range of a = cos theta_cone cos theta_o/v, to a relative tolerance.
+
+    Sines and cosines are polynomials, of each angle once, and I0 is one too: of few
+    terms where a is small or large throughout, the forms for broad and for narrow
+    lobes. Args: the ends of a, the tolerance.
+    """
+
+    low: float
+    high: float
+    tolerance: float
+
+    @property
+    def terms(self) -> int:
+        """Terms of the polynomial."""
+        return len(_polynomial(self.low, self.high, self.tolerance)) - 3
+
+    def bessel(self, a: Floats) -> Floats:
+        """exp(-|a|) I0(a)."""
+        shift, low, high, *power = _polynomial(self.low, self.high, self.tolerance)
+        size = jnp.abs(a)
+        w = size / (size + shift)
+        s = (2 / (high - low)) * w - (high + low) / (high - low)
+        return numerics.power_series(power, s) / jnp.sqrt(1 + 2 * math.pi * size)
+
+    def M(self, cone: Inclination, out: Inclination, v: Floats) -> Floats:
+        """`fiberjax.M` of sines and cosines; derivatives of its logarithm are exact."""
+        return _M(cone, out, v, self)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(3,))
+def _M(cone: Inclination, out: Inclination, v: Floats, form: Along) -> Floats:
+    x = 1 / v
+    a = x * cone.cos * out.cos
+    return density(-x * versine(cone, out), a, v, form.bessel)
+
+
+@_M.defjvp
+def _M_jvp(form, primals, tangents):
+    (cone, out, v), (dcone, dout, dv) = primals, tangents
+    value = _M(*primals, form)
+    turns = [turning(cone, dcone), turning(out, dout), dv]
+    each = zip(slopes(cone, out, v), turns, strict=True)
+    return value, value * sum(s * t for s, t in each)

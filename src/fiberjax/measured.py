@@ -1,0 +1,228 @@
+"""Errors on the sample of a scene, against the full model in float64."""
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fiberjax._types import Floats
+from fiberjax.auto import auto
+from fiberjax.energy import albedo_model
+from fiberjax.farfield import evaluate_model, pdf_model, scattered
+from fiberjax.model import Attenuations, Model, longitudinal
+from fiberjax.planned import Closed, Tried
+from fiberjax.probes import Probe
+from fiberjax.quadrature import gauss_legendre_unit
+from fiberjax.ranges import Interval
+from fiberjax.rules import Rule, Seen
+from fiberjax.scenes import Scene
+from fiberjax.section import section_of
+from fiberjax.selection import DEFAULT_STRATEGY
+from fiberjax.series import series_of
+from fiberjax.tabled import spectrum
+
+ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 96)
+"""The numbers of nodes that are tried."""
+
+_SOME = 4
+"""Every so many fibers are enough for a density."""
+
+
+class Exact(NamedTuple):
+    """The full model: values (F, P, I, J, K) of parts, and albedos (F, P, I)."""
+
+    values: Floats
+    albedo: Floats
+
+
+FULL = 1e-12
+"""The tolerance of `evaluate`, which stands for the truth."""
+
+_BANDS = (1e-6, 0.1), (0.36, 0.73, math.inf)
+"""Roughness where what is compiled for it changes, from below and from above."""
+
+
+def band(scene: Scene) -> Interval:
+    """A range of roughness around that of a scene, of few that there are.
+
+    What is compiled for it serves other scenes too.
+    """
+    ends = [scene.roughness("n", p) for p in (0, 1, 2)]
+    low, high = min(x for x, _ in ends), max(x for _, x in ends)
+    below = max((x for x in _BANDS[0] if x <= low), default=low)
+    return below, min(x for x in _BANDS[1] if x >= high)
+
+
+def full_model(scene: Scene, rule: Rule | None = None) -> Model:
+    """R, TT, TRT and the rest, by a rule or to all digits."""
+    rule = auto(FULL, *band(scene)) if rule is None else rule
+    return Model((0, 1, 2), True, rule, scene.detector, scene.incidence)
+
+
+def _tried(model: Model, index: Any) -> Model:
+    """The model with ORDERS[index] nodes."""
+    low, high = model.rule.s_min, model.rule.s_max
+    return replace(model, rule=Tried(low=low, high=high, orders=ORDERS, index=index))
+
+
+def _angles(sample: Probe) -> tuple[Any, Any, Any]:
+    return sample.theta_i, sample.theta_o, sample.phi
+
+
+def in_float64(sample: Probe) -> Probe:
+    """The same numbers, in float64."""
+    return jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), sample)
+
+
+def _parts(model: Model, one: Probe) -> Floats:
+    each = [scattered(model, one.fiber, (p,), *_angles(one)) for p in model.parts]
+    return jnp.stack(jnp.broadcast_arrays(*each))[..., 0]
+
+
+def _plain(theta_i: Floats) -> Floats:
+    """Without the axes of theta_o and phi."""
+    return theta_i[..., 0, 0]
+
+
+@partial(jax.jit, static_argnames="model")
+def exact(model: Model, sample: Probe) -> Exact:
+    """What parts of a model are on a sample, fiber by fiber."""
+
+    def one(at):
+        albedo = albedo_model(model, at.fiber, _plain(at.theta_i), True)
+        return Exact(_parts(model, at), albedo)
+
+    return jax.lax.map(one, in_float64(sample))
+
+
+def _worst(found: Floats, expected: Floats, scale: Floats) -> Floats:
+    """Largest error over a scale (I,), of each of the first axis; NaN stays."""
+    error = jnp.abs(found.astype(expected.dtype) - expected)
+    error = error.max((-1, -2)) / jnp.where(scale > 0, scale, 1)
+    return error.max(-1)
+
+
+@partial(jax.jit, static_argnames="model")
+def node_errors(model: Model, index: Any, sample: Probe, at: Exact, peak: Floats):
+    """For each part the largest error over the peak, and that of the mean albedo.
+
+    With ORDERS[index] nodes, in the dtype of the sample.
+    """
+    tried = _tried(model, index)
+
+    def one(both):
+        at, exact, peak = both
+        values = _worst(_parts(tried, at), exact.values, peak)
+        albedo = albedo_model(tried, at.fiber, _plain(at.theta_i), True)
+        total = exact.albedo.sum(0)
+        away = jnp.abs(albedo.astype(total.dtype) - exact.albedo).sum(0) / total
+        return values, away.max()
+
+    values, albedo = jax.lax.map(one, (sample, at, peak))
+    return values.max(0), albedo.max()
+
+
+@partial(jax.jit, static_argnames="model")
+def closed_errors(model: Model, sample: Probe, at: Exact, peak: Floats):
+    """For R and TT the largest error of the closed form over the peak."""
+    closed = replace(model, rule=Closed(8))
+
+    def one(both):
+        at, exact, peak = both
+        each = [scattered(closed, at.fiber, (p,), *_angles(at)) for p in (0, 1)]
+        found = jnp.stack(jnp.broadcast_arrays(*each))[..., 0]
+        return _worst(found, exact.values[:2], peak)
+
+    return jax.lax.map(one, (sample, at, peak)).max(0)
+
+
+DEGREES, WAVES = 32, 64
+"""Polynomials and wave numbers of the tables that are looked at."""
+
+
+@partial(jax.jit, static_argnames="model")
+def table_errors(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Floats:
+    """For each part the error over the peak of a table, by degree and wave number.
+
+    Entry (j, k) is for all polynomials below j + 1 and waves to k: twice the sum of the
+    coefficients that are left out, interpolation included, and of what lies beyond the
+    last wave, times the largest M over the peak.
+    """
+    nodes = gauss_legendre_unit(ORDERS[-1])
+    eps = float(jnp.finfo(sample.phi.dtype).eps)
+
+    def tails(at, part):
+        beta = model.shape(at.fiber, part).beta_n
+        lobe = Seen(
+            None if part == model.tail else part, beta, jnp.ones((), beta.dtype)
+        )
+        waves = 0 if lobe.p is None else WAVES
+        half = (ends[1] - ends[0]) / 2
+        points = np.cos(np.pi * (np.arange(DEGREES) + 0.5) / DEGREES)
+        cos = jnp.clip(ends[0] + half * (1 + jnp.asarray(points)), 0, 1)
+        here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
+        light = Attenuations(model, (part,), here)
+        values = series_of(lobe, light, here, nodes, waves)[..., 0]
+        size = jnp.abs(spectrum(values))
+        size = jnp.pad(size, ((0, 0), (0, WAVES - waves)))
+        kept = size.cumsum(0).cumsum(1)
+        more = jnp.arange(WAVES + 1, 4 * WAVES, dtype=beta.dtype)
+        damped = jnp.exp(-((more * beta) ** 2) / 2).sum() if waves else 0.0
+        beyond = 2 * kept[-1, 0] * damped
+        return 2 * (kept[-1, -1] - kept) + beyond + 8 * eps * kept[-1, -1]
+
+    def one(both):
+        at, exact = both
+        wide = in_float64(at)
+        found = []
+        for part in model.parts:
+            along = longitudinal(model, wide.fiber, part, wide.theta_i, wide.theta_o)
+            steep = (along.max((-1, -2)) / jnp.where(exact > 0, exact, 1)).max()
+            found.append(tails(wide, part) * steep)
+        return jnp.stack(found)
+
+    return jax.lax.map(one, (sample, peak)).max(0)
+
+
+def _few(sample: Probe) -> Probe:
+    return jax.tree.map(lambda x: x[::_SOME], sample)
+
+
+@partial(jax.jit, static_argnames="model")
+def densities(model: Model, sample: Probe) -> Floats:
+    """The pdf on every fourth fiber, (F/4, I, J, K)."""
+
+    def one(at):
+        return pdf_model(model, DEFAULT_STRATEGY, at.fiber, *_angles(at))
+
+    return jax.lax.map(one, _few(in_float64(sample)))
+
+
+@partial(jax.jit, static_argnames="model")
+def density_error(model: Model, index: Any, sample: Probe, at: Floats) -> Floats:
+    """The largest error of the pdf over its peak with ORDERS[index] nodes."""
+    tried = _tried(model, index)
+
+    def one(both):
+        where, expected = both
+        found = pdf_model(tried, DEFAULT_STRATEGY, where.fiber, *_angles(where))
+        peak = expected.max((-1, -2))
+        return _worst(found[None], expected[None], peak)[0]
+
+    return jax.lax.map(one, (_few(sample), at)).max()
+
+
+@partial(jax.jit, static_argnames="model")
+def plan_error(model: Model, sample: Probe, expected: Floats, peak: Floats) -> Floats:
+    """The largest error over the peak of a plan, as it will be run."""
+
+    def one(both):
+        at, expected, peak = both
+        found = evaluate_model(model, at.fiber, *_angles(at))
+        return _worst(found[None], expected[None], peak)[0]
+
+    return jax.lax.map(one, (sample, expected, peak)).max()

@@ -1,0 +1,146 @@
+"""Rules that know their roughness beforehand, and one that has a rule for each lobe."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+
+from fiberjax import numerics
+from fiberjax.auto import Auto
+from fiberjax.graded import GaussGamma
+from fiberjax.quadrature import Nodes, chosen, gauss_legendre_unit
+from fiberjax.roots import rays
+from fiberjax.rules import Rule, lobe_by_lobe
+from fiberjax.section import stacked
+from fiberjax.series import many_phi, series
+from fiberjax.tabled import Tabled
+from fiberjax.windows import Windowed
+
+
+@dataclass(frozen=True)
+class Planned(GaussGamma):
+    """`GaussGamma` for a range of roughness, or its series where many phi share.
+
+    Args:
+        order, tolerance: as in `GaussGamma`.
+        low, high: the range of beta_n: formulas of the detector that it does not need
+            are not compiled.
+        terms: of the series of the same nodes; 0 for none.
+    """
+
+    low: float = 0.0
+    high: float = float("inf")
+    terms: int = 0
+
+    def cases(self, weights, phi, section, detector):
+        detector = detector.within(self.low, self.high)
+        return super().cases(weights, phi, section, detector)
+
+    def convolve(self, seen, weights, phi, section, detector):
+        if self.terms and not detector.kink and many_phi(seen, phi, section):
+            nodes = self.nodes(seen, section, detector)
+            sums = self.terms, self.terms
+            return series(seen, weights, phi, section, nodes, *sums)
+        return super().convolve(seen, weights, phi, section, detector)
+
+
+@dataclass(frozen=True)
+class Tried(Planned):
+    """`Planned` of one of several orders, by an index that is known when running."""
+
+    orders: tuple[int, ...] = ()
+    index: Any = 0
+
+    def nodes(self, seen, section, detector):
+        del seen, detector
+        rules: list[Nodes] = [gauss_legendre_unit(order) for order in self.orders]
+        return chosen(rules, self.index, section.cos.dtype)
+
+
+@dataclass(frozen=True)
+class Closed(Rule):
+    """The closed form of a smooth fiber, for R and TT: no detector blurs it.
+
+    Right to the order of beta_n. What is averaged takes `GaussGamma` of an order.
+    """
+
+    order: int
+
+    def average(self, weight, section):
+        return GaussGamma(self.order).average(weight, section)
+
+    def convolve(self, seen, weights, phi, section, detector):
+        del detector
+
+        def smooth(lobe, weight):
+            found = rays(lobe.p, phi, section)
+            # dPhi/dh is the slope over cos gamma.
+            share = numerics.quotient(found.offset.cos / 2, found.slope, 0.0)
+            share = jnp.where(found.exists, share, 0)
+            light = stacked(weight(found.offset).times(share)).sum(0)
+            return light * lobe.factor[..., None]
+
+        def average(weight):
+            return self.average(weight, section)
+
+        return lobe_by_lobe(seen, weights, average, smooth)
+
+
+@dataclass(frozen=True)
+class ByLobe(Rule):
+    """A rule for each lobe; those of one rule share its nodes.
+
+    The weights have to be `Attenuations`.
+
+    Args:
+        rules: pairs of lobes, None for what is uniform in azimuth, and their rule.
+        mean: for averages.
+    """
+
+    rules: tuple[tuple[tuple[int | None, ...], Rule], ...]
+    mean: Rule
+
+    def average(self, weight, section):
+        return self.mean.average(weight, section)
+
+    def convolve(self, seen, weights, phi, section, detector):
+        total = 0.0
+        for lobes, rule in self.rules:
+            which = [k for k, lobe in enumerate(seen) if lobe.p in lobes]
+
+            if which:
+                part, some = [seen[k] for k in which], weights.only(which)
+                total += rule.convolve(part, some, phi, section, detector)
+        return jnp.asarray(total)
+
+
+def as_data(rule: Rule) -> dict[str, Any]:
+    """A rule as JSON has it."""
+    if isinstance(rule, ByLobe):
+        rules = [{"lobes": list(p), "rule": as_data(r)} for p, r in rule.rules]
+        return {"kind": "ByLobe", "rules": rules, "mean": as_data(rule.mean)}
+    kind = type(rule).__name__
+    if isinstance(rule, Tabled):
+        return {"kind": kind, **vars(rule), "otherwise": as_data(rule.otherwise)}
+    if kind not in _KINDS:
+        raise ValueError(f"rule = {rule!r}: must be one of {tuple(_KINDS)}")
+    return {"kind": kind, **vars(rule)}
+
+
+def from_data(found: dict[str, Any]) -> Rule:
+    """The rule of `as_data`."""
+    given = dict(found)
+    kind = given.pop("kind")
+    if kind == "ByLobe":
+        rules = [(tuple(x["lobes"]), from_data(x["rule"])) for x in given["rules"]]
+        return ByLobe(tuple(rules), from_data(given["mean"]))
+    if kind == "Tabled":
+        return Tabled(**{**given, "otherwise": from_data(given["otherwise"])})
+    if kind not in _KINDS:
+        raise ValueError(f"rule = {kind!r}: must be one of {tuple(_KINDS)}")
+    return _KINDS[kind](**given)
+
+
+_KINDS: dict[str, type[Rule]] = {
+    kind.__name__: kind for kind in (Planned, Closed, Windowed, Auto)
+}

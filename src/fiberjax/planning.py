@@ -1,0 +1,154 @@
+"""How a scene becomes a plan: what is left out, and what the rest is computed with."""
+
+from dataclasses import replace
+from functools import cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fiberjax import measured
+from fiberjax.asking import MARGIN, NAMES, TAIL, Asked, ask, kept, lost
+from fiberjax.auto import Auto
+from fiberjax.choices import (
+    Search,
+    choose,
+    cosines,
+    joined,
+    predicted,
+    rounded,
+    unreachable,
+)
+from fiberjax.formulas import FORMS, along, density_tolerance
+from fiberjax.measured import ORDERS, full_model
+from fiberjax.model import Model
+from fiberjax.planned import ByLobe, Planned
+from fiberjax.plans import Plan, Row
+from fiberjax.rules import Rule
+from fiberjax.scenes import Scene
+
+_SMOOTH = 0.05
+"""Above this roughness the closed form is not tried."""
+
+_ATTEMPTS = 3
+
+_ELSEWHERE = 96
+"""Where the second sample begins."""
+
+
+def _density_rule(asked: Asked, kept: Model) -> tuple[Rule, float]:
+    """One rule for the density that samples are drawn from."""
+    scene = asked.scene
+    expected = measured.densities(kept, asked.sample)
+
+    def measure(k):
+        return np.atleast_1d(measured.density_error(kept, k, asked.sample, expected))
+
+    search, tolerance = Search(measure), 0.75 * scene.tolerance
+    lobes = [p for p in kept.lobes if p < TAIL]
+    low = min(scene.roughness("n", p)[0] for p in lobes)
+    high = max(scene.roughness("n", p)[1] for p in lobes)
+    if predicted(scene, max(lobes), tolerance) <= 2 * ORDERS[-1]:
+        found = search.least(0, tolerance)
+        if found is not None:
+            order, bound = found
+            density = min(density_tolerance(scene, p) for p in lobes)
+            return Planned(order, density, low, high), bound + FORMS * scene.tolerance
+    tolerance = max(rounded(tolerance), 1e-15)
+    return Auto(tolerance, low / 1.01, high * 1.01), tolerance
+
+
+def plan(scene: Scene) -> Plan:
+    """The smallest evaluator of a scene that meets its tolerance.
+
+    Parts whose share of S and of the albedo is small enough are left out, the weakest
+    first; each of the others gets the cheapest of a closed form, nodes, windows and
+    `auto` that meets its part of the tolerance. Bounds are `MARGIN` times the largest
+    error on a sample of 64 fibers, the corners of the ranges and points between, of 6
+    theta_i, 16 theta_o and 40 phi each, against the full model in float64; those of
+    formulas are a priori. They add up to less than the tolerance, and the plan is
+    held against the full model on a second sample.
+
+    Args:
+        scene: what will be asked for.
+
+    Returns:
+        `Plan`, which says what became of each part.
+
+    Raises:
+        ValueError: float64 is not enabled, or the tolerance cannot be met in the dtype
+            of the scene; the message has the one that can.
+    """
+    if not jax.config.read("jax_enable_x64"):
+        raise ValueError("jax_enable_x64 is False: must be True to plan, not to run")
+    asked, again = ask(scene), ask(scene, _ELSEWHERE)
+    allowed = scene.tolerance
+    for _ in range(_ATTEMPTS):
+        found = _attempt(asked, allowed)
+        expected = again.exact.values.sum(1)
+        error = measured.plan_error(found.model, again.sample, expected, again.peak)
+        if float(error) <= scene.tolerance:
+            return found
+        allowed /= 4
+    raise unreachable(scene, float(error))
+
+
+def _attempt(asked: Asked, tolerance: float) -> Plan:
+    """A plan whose bounds add up to less than a tolerance."""
+    scene = replace(asked.scene, tolerance=tolerance)
+    asked = asked._replace(scene=scene)
+    full, needed = full_model(scene), kept(asked)
+    by_peak, by_albedo = lost(asked)
+    gone = [k for k in range(len(NAMES)) if k not in needed]
+    form, by_form = along(scene)
+    left = tolerance - by_peak[gone].sum() - by_form - FORMS * tolerance
+    allowed = left / len(needed)
+
+    def measure(k):
+        values, albedo = measured.node_errors(
+            full, k, asked.sample, asked.exact, asked.peak
+        )
+        return np.append(values, albedo)
+
+    search = Search(measure)
+    closed = None
+    if max(scene.roughness("n", p)[1] for p in (0, 1)) <= _SMOOTH:
+        errors = measured.closed_errors(full, asked.sample, asked.exact, asked.peak)
+        closed = MARGIN * np.asarray(errors)
+
+    @cache
+    def tables():
+        ends = jnp.asarray(cosines(scene))
+        return measured.table_errors(full, ends, asked.sample, asked.peak)
+
+    choices = {k: choose(asked, k, search, tables, closed, allowed) for k in needed}
+    mean = search.least(len(NAMES), tolerance - by_albedo[gone].sum())
+    if mean is None:
+        raise unreachable(scene, float(search.errors(len(ORDERS) - 1)[-1]))
+    rules = [(None if k == TAIL else k, c.rule) for k, c in choices.items()]
+    lobes = tuple(k for k in needed if k != TAIL)
+    rule = ByLobe(joined(rules), Planned(mean[0]))
+    model = replace(full, lobes=lobes, rest=TAIL in needed, rule=rule, along=form)
+    density, pdf_bound = _density_rule(
+        asked, replace(model, rule=full.rule, along=None)
+    )
+    found = _rows(scene, model, choices, by_peak, by_form)
+    bound = float(by_albedo[gone].sum() + mean[1])
+    return Plan(asked.scene, model, density, found, bound, pdf_bound)
+
+
+def _rows(scene, model, choices, by_peak, by_form) -> tuple[Row, ...]:
+    """What became of each part."""
+    found = []
+    for k, name in enumerate(NAMES):
+        left_out = Row(name, "left out", float(by_peak[k]))
+        chosen = choices.get(k)
+        found.append(Row(name, chosen.said, chosen.bound) if chosen else left_out)
+    form = "exact" if model.along is None else f"I0 of {model.along.terms} terms"
+    found.append(Row("M and angles", form, float(by_form)))
+    forms = FORMS * scene.tolerance
+    found.append(Row("detector", "images or harmonics that are needed", forms))
+    for name, what in (("alpha", "tilt"), ("sigma_a", "absorption")):
+        absent = getattr(scene, name) is None
+        found.append(Row(what, "absent" if absent else "kept", 0.0))
+    return tuple(found)

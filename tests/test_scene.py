@@ -1,0 +1,279 @@
+"""Plans of scenes: what is left out, and that the promise holds."""
+
+import json
+import re
+import sys
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import fiberjax as fj
+from fiberjax.along import Along
+from fiberjax.counting import cost, operations
+from fiberjax.planned import Tabled
+from fiberjax.planning import plan
+from fiberjax.scene import Plan, Scene
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "figures"))
+cases = import_module("shared.scene_cases")
+untyped: Any = Scene
+HAIR = {"eta": 1.55, "beta_m": 0.3, "beta_n": 0.3}
+COUNT = 1 << 12
+FAST = ("black hair", "R only")
+_PLANS: dict[str, Plan] = {}
+
+
+def planned(name):
+    """The plan of a scene, made once."""
+    if name not in _PLANS:
+        _PLANS[name] = plan(cases.SCENES[name])
+    return _PLANS[name]
+
+
+def counted(f, scene, count=1 << 14):
+    """Operations of one value, in one color: those of the fiber alone vanish."""
+    fiber, angles = cases.inside(scene, count, 0)
+    if fiber.sigma_a is not None:
+        fiber = replace(fiber, sigma_a=fiber.sigma_a[0])
+    return operations(partial(f, fiber), *angles, per=count)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [x if x in FAST else pytest.param(x, marks=pytest.mark.slow) for x in cases.SCENES],
+)
+def test_a_plan_keeps_its_promise(name):
+    """Values, albedo, density and samples of fibers that no plan has seen."""
+    found = planned(name)
+    scene = found.scene
+    assert found.bound <= scene.tolerance
+    assert found.albedo_bound <= scene.tolerance
+    assert found.pdf_bound <= scene.tolerance
+    for seed in range(6):
+        fiber, angles = cases.inside(scene, 256, seed)
+        scene.check(fiber, theta_i=angles[0], theta_o=angles[1], phi=angles[2])
+        assert cases.achieved(found.evaluate, scene, fiber, angles) <= scene.tolerance
+    wide = jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), fiber)
+    theta_i = jnp.asarray(angles[0][:16], jnp.float64)
+    albedo = fj.albedo(wide, theta_i)
+    off = jnp.abs(found.albedo(fiber, angles[0][:16]) / albedo - 1)
+    assert float(off.max()) <= scene.tolerance
+    draw = found.sample(fiber, angles[0][0], np.full((8, 5), 0.4, scene.dtype))
+    assert draw.weight.dtype == jnp.dtype(scene.dtype)
+    assert found.evaluate(fiber, *angles).dtype == jnp.dtype(scene.dtype)
+    kept = {"lobes": found.model.lobes, "rest": found.model.rest}
+    exact = fj.pdf(wide, *(jnp.asarray(x[:64], jnp.float64) for x in angles), **kept)
+    density = found.pdf(fiber, *(x[:64] for x in angles))
+    assert float(jnp.abs(density - exact).max()) <= scene.tolerance * float(exact.max())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [x if x in FAST else pytest.param(x, marks=pytest.mark.slow) for x in cases.SCENES],
+)
+def test_what_is_left_out_is_not_compiled(name):
+    found = planned(name)
+    scene = found.scene
+    after = counted(found.evaluate, scene)
+    model = found.model
+    parts = len(model.parts)
+    # One exponential for each M, one for a tilt's sine and cosine of the whole call.
+    rules = {type(rule).__name__ for _, rule in model.rule.rules}
+    if rules == {"Tabled"}:
+        assert after["exp"] < parts + 1
+        assert after["trigonometric"] < 0.1
+    if model.along is not None:
+        assert after["special"] == 0
+    before = counted(cases.full(scene), scene)
+    assert cost(after) < cost(before) / (3 if name != "reference" else 1)
+
+
+def test_absorption_and_tilt_are_not_compiled():
+    """By nodes, where the optics are in every term."""
+
+    def few(**effects):
+        model = planned("black hair").model
+        rules = tuple(
+            (p, r.otherwise if isinstance(r, Tabled) else r)
+            for p, r in model.rule.rules
+        )
+        given = Scene(**HAIR, **effects, tolerance=1e-3)
+        found = replace(
+            planned("black hair"),
+            scene=given,
+            model=replace(model, rule=replace(model.rule, rules=rules), along=None),
+        )
+        return counted(found.evaluate, given)
+
+    whole, clear, straight = (
+        few(alpha=-0.03, sigma_a=1.0),
+        few(alpha=-0.03),
+        few(sigma_a=1.0),
+    )
+    assert clear["flop"] < whole["flop"] - 100
+    assert clear["root"] < whole["root"]
+    assert straight["trigonometric"] <= whole["trigonometric"]
+    assert straight["flop"] < whole["flop"]
+
+
+def test_derivatives_are_those_of_the_full_model():
+    found = planned("black hair")
+    fiber, angles = cases.inside(found.scene, COUNT, 3)
+
+    def total(f):
+        return jax.grad(
+            lambda fiber, *angles: (f(fiber, *angles) ** 2).mean(), argnums=(0, 1, 2, 3)
+        )(fiber, *angles)
+
+    exact, near = total(cases.full(found.scene)), total(found.evaluate)
+    for a, b in zip(jax.tree.leaves(exact), jax.tree.leaves(near), strict=True):
+        np.testing.assert_allclose(b, a, rtol=0, atol=0.01 * float(jnp.abs(a).max()))
+
+
+def test_few_directions_take_nodes():
+    """A value by itself and a value among many differ by less than the bounds."""
+    found = planned("black hair")
+    fiber, angles = cases.inside(found.scene, COUNT, 1)
+    many = found.evaluate(fiber, *angles)
+    one = jnp.stack([found.evaluate(fiber, *(x[k] for x in angles)) for k in range(4)])
+    peak = float(many.max())
+    assert float(jnp.abs(many[:4] - one).max()) < 2 * found.scene.tolerance * peak
+    grid = found.evaluate(
+        fiber, angles[0][:8, None, None], angles[1][:8, None], angles[2][:64]
+    )
+    assert grid.shape == (8, 8, 64, 3)
+    batch = jax.tree.map(lambda x: jnp.stack([x, x]), fiber)
+    twice = jax.vmap(lambda f: found.evaluate(f, *angles))(batch)
+    np.testing.assert_allclose(twice[1], many, rtol=1e-12, atol=1e-14 * peak)
+
+
+def test_the_table_of_a_plan(tmp_path):
+    found = planned("R only")
+    text = str(found)
+    rows = found.report()
+    assert [row["part"] for row in rows[:4]] == ["R", "TT", "TRT", "rest"]
+    assert {row["decision"] for row in rows[1:4]} == {"left out"}
+    for row in rows:
+        assert row["part"] in text
+        assert row["decision"] in text
+    assert found.bound == pytest.approx(sum(row["bound"] for row in rows))
+    assert all(row["after"] < row["before"] for row in rows[:4])
+    path = tmp_path / "plan.json"
+    found.save(path)
+    again = Plan.load(path)
+    assert again == found
+    assert hash(again) == hash(found)
+    first = path.read_bytes()
+    again.save(path)
+    assert path.read_bytes() == first
+    broken = json.loads(first)
+    del broken["rule"]
+    path.write_text(json.dumps(broken))
+    with pytest.raises(ValueError, match="must be the file of a plan"):
+        Plan.load(path)
+
+
+def test_the_scene_of_some_fibers():
+    fibers = jax.vmap(lambda b: fj.Fiber(beta_m=b, beta_n=b, alpha=None))(
+        jnp.asarray([0.2, 0.4])
+    )
+    found = Scene.of(fibers, tolerance=1e-3)
+    assert found.beta_n == (0.2, 0.4)
+    assert found.eta == (1.55, 1.55)
+    assert found.alpha is None
+    assert found.sigma_a == (0.5447, 1.781)
+    found.check(fibers)
+    with pytest.raises(ValueError, match=r"beta_m = 0.7: must lie in \[0.2, 0.4\]"):
+        found.check(replace(fibers, beta_m=jnp.asarray([0.3, 0.7])))
+    wide = jnp.asarray([[1.0, 0.5, 2.0], [1.0, 1.0, 1.0]])
+    with pytest.raises(ValueError, match="widths_m differs among the fibers"):
+        Scene.of(replace(fibers, widths_m=wide), tolerance=1e-3)
+    with pytest.raises(ValueError, match=r"eta = 1.5: is that of the fibers"):
+        Scene.of(fibers, eta=1.5, tolerance=1e-3)
+
+
+BAD = {
+    "inverted": (
+        {"beta_n": (0.4, 0.2)},
+        r"beta_n = \(0.4, 0.2\): must be \(low, high\)",
+    ),
+    "empty": ({"beta_n": ()}, r"beta_n = \(\): must be a number or \(low, high\)"),
+    "three": ({"eta": (1, 2, 3)}, r"eta = \(1, 2, 3\): must be a number"),
+    "text": ({"eta": "glass"}, "eta = 'glass': must be a number"),
+    "below": ({"eta": 0.9}, r"eta = 0.9: must be finite and lie in \[1, inf\]"),
+    "no roughness": ({"beta_m": 0.0}, r"beta_m = 0.0: .* \(0, inf\]"),
+    "nan": ({"sigma_a": float("nan")}, "sigma_a = nan: must be finite"),
+    "infinite": ({"sigma_a": (0, np.inf)}, "must be finite"),
+    "theta": ({"theta_i": (-2, 0)}, r"theta_i = \(-2, 0\): must be finite and lie in"),
+    "no theta": ({"theta_o": None}, "theta_o = None: must be a number"),
+    "tolerance": ({"tolerance": 0.0}, r"tolerance = 0.0: must lie in \(0, 1\)"),
+    "dtype": ({"dtype": "float16"}, "dtype = 'float16': must be one of"),
+    "detector": ({"detector": "box"}, "detector = 'box': must be one of"),
+    "widths": ({"widths_m": ()}, r"widths_m = \(\): must be numbers"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_scenes_say_what_is_allowed(case):
+    given, message = BAD[case]
+    with pytest.raises(ValueError, match=message):
+        untyped(**{**HAIR, "tolerance": 1e-3, **given})
+
+
+def test_what_a_plan_refuses():
+    found = planned("R only")
+    fiber, angles = cases.inside(found.scene, 4, 0)
+    with pytest.raises(ValueError, match="the angles are float32: must be float64"):
+        found.evaluate(fiber, *(x.astype(jnp.float32) for x in angles))
+    with pytest.raises(ValueError, match="sigma_a of the fiber is None"):
+        found.evaluate(replace(fiber, sigma_a=None), *angles)
+    straight = replace(found, scene=replace(found.scene, alpha=None))
+    with pytest.raises(ValueError, match="alpha of the fiber: must be None"):
+        straight.evaluate(fiber, *angles)
+    with pytest.raises(ValueError, match="gradient = 'none'"):
+        found.sample(fiber, 0.1, np.full(5, 0.5), gradient="none")
+
+
+def test_a_tolerance_that_rounding_hides():
+    """The error says what can be reached, and it can."""
+    scene = replace(cases.SCENES["R only"], dtype="float32", tolerance=1e-9)
+    message = r"tolerance = 1e-09: must be >= (\S+) for this scene in float32"
+    with pytest.raises(ValueError, match=message) as refused:
+        plan(scene)
+    reachable = re.search(message, str(refused.value))
+    assert reachable
+    found = plan(replace(scene, tolerance=float(reachable[1])))
+    assert found.bound <= float(reachable[1]) < 1e-3
+
+
+@pytest.mark.parametrize("ends", [(0.0, 5.0), (0.0, 1e8), (20.0, 300.0)])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-10])
+def test_the_polynomial_of_I0(ends, tolerance):
+    from scipy.special import i0e
+
+    form = Along(*ends, tolerance)
+    a = np.concatenate([np.geomspace(ends[0] + 1e-9, ends[1], 4001), [ends[0]]])
+    off = np.abs(form.bessel(jnp.asarray(a)) / i0e(a) - 1)
+    assert off.max() <= 1.05 * tolerance + 4e-15
+    narrow = Along(20.0, 300.0, tolerance)
+    assert narrow.terms <= Along(0.0, 1e8, tolerance).terms
+
+
+def test_counting():
+    """Loops as often as they run, nothing that no result needs."""
+
+    def f(x):
+        jnp.sin(x)  # needed by nothing
+        return jax.lax.fori_loop(0, 5, lambda _, y: jnp.exp(y) + x, x)
+
+    found = operations(f, jnp.ones(8), per=8)
+    assert found["exp"] == 5
+    assert found["trigonometric"] == 0
+    assert operations(jnp.dot, jnp.ones((4, 3)), jnp.ones((3, 2)))["flop"] == 48
