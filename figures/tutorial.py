@@ -36,6 +36,7 @@ from fiberjax.scene import Scene, plan
 
 THETA_I, THETA_O = 0.3, -0.35
 BAKED = 4e-3
+SIGMA_A = 0.5, 0.9, 1.8
 
 
 def describe():
@@ -52,7 +53,7 @@ def describe():
 
 def hair():
     """A fiber of the scene, in three channels."""
-    return fj.Fiber(1.55, 0.25, 0.3, -0.035, (0.5, 0.9, 1.8))
+    return fj.Fiber(1.55, 0.25, 0.3, -0.035, SIGMA_A)
 
 
 def slopes(evaluate, fiber, phi):
@@ -101,7 +102,7 @@ def draw():
     degree = np.degrees(phi)
     for k, color in enumerate((VERMILION, ORANGE, BLUE)):
         values.plot(degree, exact[:, k], color=color, lw=3, alpha=0.35)
-        label = rf"$\sigma_a$ = {float(fiber.sigma_a[k])}"
+        label = rf"$\sigma_a$ = {SIGMA_A[k]}"
         values.plot(degree, found[:, k], color=color, lw=1, label=label)
     values.set(ylabel="S cos θ$_o$ per steradian", ylim=0)
     values.legend()

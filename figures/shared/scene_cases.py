@@ -1,6 +1,7 @@
 """The scenes that plans are judged by, and directions of them that no plan has seen."""
 
 from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -51,21 +52,23 @@ def inside(scene, count, seed):
     """A fiber of the scene drawn evenly from its ranges, and directions of it."""
     rng = np.random.default_rng(seed)
 
-    def one(name, size=()):
-        ends = getattr(scene, name)
-        return None if ends is None else rng.uniform(*ends, size)
+    def one(name, size=None):
+        if getattr(scene, name) is None:
+            return None
+        low, high = scene.ends(name)
+        return low + (high - low) * rng.random(size)
 
-    numbers = {name: one(name) for name in ("eta", "beta_m", "beta_n", "alpha")}
+    numbers: Any = {name: one(name) for name in ("eta", "beta_m", "beta_n", "alpha")}
     sigma_a = one("sigma_a", 3)
     factors = {name: getattr(scene, name) for name in ("widths_m", "widths_n", "tilts")}
     fiber = fiberjax.Fiber(**numbers, sigma_a=sigma_a, **factors)
-    angles = [one(name, count) for name in ("theta_i", "theta_o", "phi")]
-    dtype = scene.dtype
-    return (
-        jax.tree.map(lambda x: jnp.asarray(x, dtype), fiber),
-        [jnp.asarray(np.clip(x, *getattr(scene, name)), dtype)
-         for name, x in zip(("theta_i", "theta_o", "phi"), angles, strict=True)],
-    )  # fmt: skip
+    names = "theta_i", "theta_o", "phi"
+    angles = [np.asarray(one(name, count), scene.dtype) for name in names]
+    # Rounding must not lead beyond the ends.
+    ends = [np.asarray(scene.ends(name), scene.dtype) for name in names]
+    angles = [np.clip(x, *e) for x, e in zip(angles, ends, strict=True)]
+    fiber = jax.tree.map(lambda x: jnp.asarray(x, scene.dtype), fiber)
+    return fiber, [jnp.asarray(x) for x in angles]
 
 
 def full(scene):

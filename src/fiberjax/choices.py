@@ -41,7 +41,7 @@ class Choice:
 def predicted(scene: Scene, lobe: int, tolerance: float) -> float:
     """Nodes that a lobe takes in the fiber that asks for most."""
     found, low = [], scene.roughness("n", lobe)[0]
-    for eta in scene.eta if isinstance(scene.eta, tuple) else (scene.eta,):
+    for eta in scene.ends("eta"):
         k = (eta - 1) * (eta + 1)
         delta = np.float64(max(math.sqrt(k), 1e-3))
         band = math.sqrt(2 * math.log(1 / tolerance)) / low
@@ -113,11 +113,9 @@ def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
 
 def cosines(scene: Scene) -> tuple[float, float]:
     """The range of |cos theta_d|, or of |cos theta_i|, from below and above."""
-    if scene.incidence == "theta_i":
-        ends = scene.theta_i
-    else:
-        low = scene.theta_o[0] - scene.theta_i[1], scene.theta_o[1] - scene.theta_i[0]
-        ends = low[0] / 2, low[1] / 2
+    ends, out = scene.ends("theta_i"), scene.ends("theta_o")
+    if scene.incidence == "theta_d":
+        ends = (out[0] - ends[1]) / 2, (out[1] - ends[0]) / 2
     largest = min(max(map(abs, ends)), math.pi / 2)
     smallest = 0.0 if ends[0] <= 0 <= ends[1] else min(map(abs, ends))
     return max(math.cos(largest) - 1e-6, 0.0), min(math.cos(smallest) + 1e-6, 1.0)

@@ -17,9 +17,10 @@ def _bessel_range(scene: Scene) -> tuple[float, float]:
         t * a for t in scene.tilts for a in (scene.low("alpha"), scene.high("alpha"))
     ]
     spread = max(map(abs, tilts))
-    steepest = max(map(abs, scene.theta_i)) + spread
+    steepest = max(map(abs, scene.ends("theta_i"))) + spread
     cos = [
-        math.cos(min(x, math.pi / 2)) for x in (steepest, max(map(abs, scene.theta_o)))
+        math.cos(min(x, math.pi / 2))
+        for x in (steepest, max(map(abs, scene.ends("theta_o"))))
     ]
     betas = [scene.roughness("m", p) for p in (0, 1, 2, None)]
     low = max(0.0, cos[0]) * max(0.0, cos[1]) / max(high for _, high in betas) ** 2

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fiberjax._types import Floats
-from fiberjax.auto import auto
+from fiberjax.auto import Auto, auto
 from fiberjax.energy import albedo_model
 from fiberjax.farfield import evaluate_model, pdf_model, scattered
 from fiberjax.model import Attenuations, Model, longitudinal
@@ -65,6 +65,7 @@ def full_model(scene: Scene, rule: Rule | None = None) -> Model:
 
 def _tried(model: Model, index: Any) -> Model:
     """The model with ORDERS[index] nodes."""
+    assert isinstance(model.rule, Auto)
     low, high = model.rule.s_min, model.rule.s_max
     return replace(model, rule=Tried(low=low, high=high, orders=ORDERS, index=index))
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from fiberjax import numerics
 from fiberjax.auto import Auto
 from fiberjax.graded import GaussGamma
+from fiberjax.model import Attenuations
 from fiberjax.quadrature import Nodes, chosen, gauss_legendre_unit
 from fiberjax.roots import rays
 from fiberjax.rules import Rule, lobe_by_lobe
@@ -90,7 +91,7 @@ class Closed(Rule):
 class ByLobe(Rule):
     """A rule for each lobe; those of one rule share its nodes.
 
-    The weights have to be `Attenuations`.
+    TypeError if the weights are no `Attenuations`, as those of a density are not.
 
     Args:
         rules: pairs of lobes, None for what is uniform in azimuth, and their rule.
@@ -104,6 +105,8 @@ class ByLobe(Rule):
         return self.mean.average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
+        if not isinstance(weights, Attenuations):
+            raise TypeError(f"weights = {weights!r}: must be Attenuations")
         total = 0.0
         for lobes, rule in self.rules:
             which = [k for k, lobe in enumerate(seen) if lobe.p in lobes]

@@ -1,5 +1,6 @@
 """How a scene becomes a plan: what is left out, and what the rest is computed with."""
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -82,14 +83,13 @@ def plan(scene: Scene) -> Plan:
     if not jax.config.read("jax_enable_x64"):
         raise ValueError("jax_enable_x64 is False: must be True to plan, not to run")
     asked, again = ask(scene), ask(scene, _ELSEWHERE)
-    allowed = scene.tolerance
-    for _ in range(_ATTEMPTS):
-        found = _attempt(asked, allowed)
+    error = math.inf
+    for k in range(_ATTEMPTS):
+        found = _attempt(asked, scene.tolerance / 4**k)
         expected = again.exact.values.sum(1)
         error = measured.plan_error(found.model, again.sample, expected, again.peak)
         if float(error) <= scene.tolerance:
             return found
-        allowed /= 4
     raise unreachable(scene, float(error))
 
 

@@ -76,9 +76,9 @@ def _theta_o(scene: Scene, theta_i: np.ndarray, numbers, shift) -> np.ndarray:
         alpha = numbers["alpha"]
         cone = -theta_i if alpha is None else -theta_i + tilt * alpha[:, None]
         found += [_folded(cone) + k * width[:, None] for k in _AROUND]
-    around = np.clip(np.stack(found, -1), *scene.theta_o)
-    ends = np.broadcast_to(scene.theta_o, (*theta_i.shape, 2))
-    even = _spread(scene.theta_o, shift, THETA_O - 2 - around.shape[-1])
+    around = np.clip(np.stack(found, -1), *scene.ends("theta_o"))
+    ends = np.broadcast_to(scene.ends("theta_o"), (*theta_i.shape, 2))
+    even = _spread(scene.ends("theta_o"), shift, THETA_O - 2 - around.shape[-1])
     return np.concatenate([around, ends, even], -1)
 
 
@@ -86,7 +86,7 @@ def _features(scene: Scene, numbers, shift: np.ndarray) -> np.ndarray:
     """Azimuths where lobes change: forward, backward, the caustic of TRT, TT's edge."""
     beta = numbers["beta_n"][:, None]
     near = np.concatenate([s * beta for s in (0.0, 0.7, 1.5, 3.0)], -1)
-    theta_d = np.max(np.abs([scene.theta_i, scene.theta_o])) * np.array(
+    theta_d = np.max(np.abs([scene.ends("theta_i"), scene.ends("theta_o")])) * np.array(
         [0, 0.4, 0.7, 0.9]
     )
     # Shifts keep two samples of a scene apart.
@@ -104,14 +104,14 @@ def _features(scene: Scene, numbers, shift: np.ndarray) -> np.ndarray:
 
 def _phi(scene: Scene, numbers, shift: np.ndarray) -> np.ndarray:
     """Features that lie in the range of phi, by whole turns or mirrored, and evenly."""
-    low, high = scene.phi
+    low, high = scene.ends("phi")
     wanted = _features(scene, numbers, shift)
-    even = _spread(scene.phi, shift, PHI - wanted.shape[-1])
+    even = _spread(scene.ends("phi"), shift, PHI - wanted.shape[-1])
     found = np.full_like(wanted, np.nan)
     for sign in (1, -1):
         moved = low + np.mod(sign * wanted - low, 2 * np.pi)
         found = np.where(np.isnan(found) & (moved <= high), moved, found)
-    spare = _spread(scene.phi, 1 - shift, wanted.shape[-1])
+    spare = _spread(scene.ends("phi"), 1 - shift, wanted.shape[-1])
     return np.concatenate([np.where(np.isnan(found), spare, found), even], -1)
 
 
@@ -125,8 +125,8 @@ def probe(scene: Scene, start: int = 0) -> Probe:
     rng = qmc.Halton(4, scramble=False)
     rng.fast_forward(1 + start)
     shift = rng.random(FIBERS)
-    ends = np.broadcast_to(scene.theta_i, (FIBERS, 2))
-    inside = _spread(scene.theta_i, shift[:, 0], THETA_I - 2)
+    ends = np.broadcast_to(scene.ends("theta_i"), (FIBERS, 2))
+    inside = _spread(scene.ends("theta_i"), shift[:, 0], THETA_I - 2)
     theta_i = np.concatenate([ends, inside], -1)
     each = np.mod(shift[:, 1, None] + np.arange(THETA_I) / THETA_I, 1)
     theta_o = _theta_o(scene, theta_i, numbers, each)
@@ -140,7 +140,7 @@ def probe(scene: Scene, start: int = 0) -> Probe:
 
     return Probe(
         fiber_of(scene, numbers, scene.dtype),
-        rounded(theta_i, scene.theta_i)[:, :, None, None],
-        rounded(theta_o, scene.theta_o)[..., None],
-        rounded(phi, scene.phi)[:, None, None, :],
+        rounded(theta_i, scene.ends("theta_i"))[:, :, None, None],
+        rounded(theta_o, scene.ends("theta_o"))[..., None],
+        rounded(phi, scene.ends("phi"))[:, None, None, :],
     )

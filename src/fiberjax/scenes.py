@@ -177,15 +177,18 @@ class Scene:
             )
         return cls(**found)
 
-    def low(self, name: str) -> float:
-        """The lowest value of a number; 0 for what is absent."""
+    def ends(self, name: str) -> Interval:
+        """The range of a number or an angle; 0 for what is absent."""
         ends: Interval | None = getattr(self, name)
-        return 0.0 if ends is None else ends[0]
+        return (0.0, 0.0) if ends is None else ends
+
+    def low(self, name: str) -> float:
+        """The lowest value of a number."""
+        return self.ends(name)[0]
 
     def high(self, name: str) -> float:
-        """The highest value of a number; 0 for what is absent."""
-        ends: Interval | None = getattr(self, name)
-        return 0.0 if ends is None else ends[1]
+        """The highest value of a number."""
+        return self.ends(name)[1]
 
     def roughness(self, kind: str, lobe: int | None) -> Interval:
         """The range of a lobe's beta_m or beta_n, `kind`; of the rest for None."""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 
 import jax
 import jax.numpy as jnp
@@ -56,13 +57,15 @@ class Tabled(Rule):
             return self.otherwise.convolve(seen, weights, phi, section, detector)
         here = section_of(self._cosines(phi.dtype), section.eta, section.sigma_a)
         nodes = gauss_legendre_unit(self.order)
-        total = 0.0
-        for k, lobe in enumerate(seen):
+
+        def read(k, lobe):
             light = weights.only([k]).at(here)
             terms = 0 if lobe.p is None else self.terms
             table = spectrum(series_of(lobe, light, here, nodes, terms))
-            total += self._read(table, section.cos, phi, lobe.factor)
-        return jnp.broadcast_to(jnp.asarray(total), (*shape, table.shape[-1]))
+            return self._read(table, section.cos, phi, lobe.factor)
+
+        total = reduce(jnp.add, [read(k, lobe) for k, lobe in enumerate(seen)])
+        return jnp.broadcast_to(total, (*shape, total.shape[-1]))
 
     def _cosines(self, dtype) -> Floats:
         """Where N is computed: Chebyshev's points of the range."""
