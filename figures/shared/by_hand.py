@@ -32,12 +32,13 @@ def evaluate(name, fiber, theta_i, theta_o, phi):
     """S of the lobes that the scene needs."""
     lobes, rest = LOBES[name], name in REST
     clear = fiber.sigma_a is None
+    sigma_a = () if clear else jnp.atleast_1d(fiber.sigma_a)
     x, w = np.polynomial.legendre.leggauss(NODES[name])
     gammas, shares = np.pi / 4 * (1 + x), np.pi / 4 * w
     c = jnp.cos((theta_o - theta_i) / 2)
     k = fiber.eta**2 - 1
     r = jnp.sqrt(k + c * c)
-    colors = 1 if clear else fiber.sigma_a.shape[0]
+    colors = 1 if clear else len(sigma_a)
     sums = [[0.0] * colors for _ in (*lobes, *[3] * rest)]
     over = 1 / (math.sqrt(2) * fiber.beta_n)
     for gamma, share in zip(gammas, shares, strict=True):
@@ -48,7 +49,7 @@ def evaluate(name, fiber, theta_i, theta_o, phi):
         F = (s + ((e * mu - g) / (e * mu + g)) ** 2) / 2
         gamma_t = jnp.atan2(c * math.sin(gamma), g)
         length = 2 * fiber.eta * g / (r * r)
-        T = [1.0] if clear else [jnp.exp(-q * length) for q in fiber.sigma_a]
+        T = [1.0] if clear else [jnp.exp(-q * length) for q in sigma_a]
         for j, p in enumerate((*lobes, *[3] * rest)):
             if p == 3:
                 D = 1 / math.pi

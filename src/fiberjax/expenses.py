@@ -43,8 +43,11 @@ def _cost(model: Model, scene: Scene, *parts: int) -> float:
     return cost(operations_of(model, scene, parts))
 
 
-def _baseline(scene: Scene) -> Model:
-    """The full model by the nodes or windows that it takes at its tolerance."""
+def baseline(scene: Scene) -> Model:
+    """The full model by the nodes or windows that `evaluate` takes in the scene.
+
+    Those of the fiber that asks for most; `auto` itself decides when running.
+    """
 
     def rule(lobe):
         count = predicted(scene, lobe, FULL)
@@ -60,10 +63,10 @@ def _baseline(scene: Scene) -> Model:
 def costs(scene: Scene, model: Model) -> dict[str, tuple[float, float]]:
     """Flops of a value of each part by itself, in the full model and in another."""
     parts = dict(zip(NAMES, full_model(scene).parts, strict=True))
-    baseline = _baseline(scene)
+    full = baseline(scene)
     return {
         name: (
-            _cost(baseline, scene, part),
+            _cost(full, scene, part),
             _cost(model, scene, part) if part in model.parts else 0.0,
         )
         for name, part in parts.items()
