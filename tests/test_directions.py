@@ -37,6 +37,35 @@ def test_directions_are_angles():
     np.testing.assert_allclose(jnp.linalg.norm(found.omega_o, axis=-1), 1, rtol=1e-14)
 
 
+def test_many_directions_are_those_of_few():
+    """By blocks, the last of which is not full; arguments broadcast."""
+    theta_i, theta_o, phi, h = angles(8, 9001)
+    u, of = uniforms(4, 9001, 4), HAIR
+    turn = np.linspace(-3, 3, 9001)
+    given, out = vectors(theta_i, turn), vectors(theta_o, turn + phi)
+    some = slice(8900, None)
+    for f in (directions.evaluate, directions.pdf):
+        few = f(of, given[some], out[some], h[some])
+        np.testing.assert_allclose(f(of, given, out, h)[some], few, rtol=1e-12)
+        many = f(of, given[:, None], out[:, None], np.float64([h[0], 0.4]))
+        few = f(of, given[some, None], out[some, None], np.float64([h[0], 0.4]))
+        assert many.shape[:2] == (9001, 2)
+        np.testing.assert_allclose(many[some], few, rtol=1e-12)
+    many = directions.sample(of, given, h, u)
+    few = directions.sample(of, given[some], h[some], u[some])
+    for x, y in zip(many, few, strict=True):
+        np.testing.assert_allclose(x[some], y, rtol=1e-10, atol=1e-13)
+
+    def total(of, at):
+        return directions.sample(of, given[at], h[at], u[at]).weight.sum()
+
+    whole = jax.grad(total)(of, slice(None))
+    halves = [jax.grad(total)(of, x) for x in (slice(4000), slice(4000, None))]
+    added = jax.tree.map(jnp.add, *halves)
+    for x, y in zip(*map(jax.tree.leaves, (whole, added)), strict=True):
+        np.testing.assert_allclose(x, y, rtol=1e-9, atol=1e-9)
+
+
 TANGENT = np.array([1.0, 0.0, 0.0])
 
 

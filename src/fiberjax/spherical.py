@@ -33,19 +33,36 @@ def turned(of: Inclination, by: Inclination) -> Inclination:
     )
 
 
-def _density(E: Floats, a: Floats, v: Floats) -> Floats:
+class Width(NamedTuple):
+    """The width of a lobe: beta = sqrt(v), v and 1 - exp(-2/v)."""
+
+    beta: Floats
+    v: Floats
+    within: Floats
+
+
+def width(beta: Floats) -> Width:
+    """That of beta, differentiable at 0."""
+    v = beta * beta
+    # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
+    broad = v > 0.05
+    within = -jnp.expm1(-2 / jnp.where(broad, v, 1))
+    return Width(beta, v, jnp.where(broad, within, 1))
+
+
+def _density(E: Floats, a: Floats, level: Floats) -> Floats:
     # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
     # another order the exponent would lose a digit for each digit of 1/v.
     # The factor behind is large where the exponential is small, so it comes first.
-    factor = jax.scipy.special.i0e(a) / (-v * jnp.expm1(-2 / v))
-    return jnp.exp(E + (jnp.abs(a) - a)) * factor
+    return jnp.exp(E + (jnp.abs(a) - a)) * (bessel.scaled_I0(a) * level)
 
 
 @jax.custom_jvp
 def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
     x = 1 / v
     E = -2 * x * jnp.sin((theta_o - theta_c) / 2) ** 2
-    return _density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), v)
+    level = 1 / (-v * jnp.expm1(-2 * x))
+    return _density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), level)
 
 
 def _log_M_derivatives(
@@ -53,9 +70,9 @@ def _log_M_derivatives(
 ) -> tuple[Floats, Floats, Floats]:
     """Derivatives of log M in theta_c, theta_o and v, in forms without cancellation.
 
-    D is theta_o - theta_c and versine 1 - cos D. Differentiating i0e gives i1e - i0e,
-    which loses every digit at large a. With r = I1(a)/I0(a) and 1 - r known separately,
-    two forms cover everything.
+    D is theta_o - theta_c and versine 1 - cos D. Differentiating e^-a I0(a) gives a
+    difference that loses every digit at large a. With r = I1(a)/I0(a) and 1 - r known
+    separately, two forms cover everything.
     """
     x = 1 / v
     (sin_c, cos_c), (sin_o, cos_o) = cone, out
@@ -104,23 +121,28 @@ def _versine(cone: Inclination, out: Inclination) -> Floats:
 
 
 @jax.custom_jvp
-def M_around(cone: Inclination, out: Inclination, v: Floats) -> Floats:
+def M_around(cone: Inclination, out: Inclination, of: Width) -> Floats:
     """`M` from sines and cosines, which it knows as well as they do the angles.
 
     Derivatives are those along the circles of both.
     """
-    x = 1 / v
-    return _density(-x * _versine(cone, out), x * cone.cos * out.cos, v)
+    x = 1 / of.v
+    E = -x * _versine(cone, out)
+    return _density(E, x * cone.cos * out.cos, x / of.within)
 
 
 @M_around.defjvp
 def _M_around_jvp(primals, tangents):
-    (cone, out, v), (dcone, dout, dv) = primals, tangents
+    """The tangent of a width is that of v."""
+    (cone, out, of), (dcone, dout, dof) = primals, tangents
     value = M_around(*primals)
     sin_D = out.sin * cone.cos - out.cos * cone.sin
-    slopes = _log_M_derivatives(cone, out, sin_D, _versine(cone, out), v)
-    turns = [of.cos * d.sin - of.sin * d.cos for of, d in ((cone, dcone), (out, dout))]
-    return value, value * sum(s * t for s, t in zip(slopes, [*turns, dv], strict=True))
+    slopes = _log_M_derivatives(cone, out, sin_D, _versine(cone, out), of.v)
+    pairs = (cone, dcone), (out, dout)
+    turns = [at.cos * d.sin - at.sin * d.cos for at, d in pairs]
+    return value, value * sum(
+        s * t for s, t in zip(slopes, [*turns, dof.v], strict=True)
+    )
 
 
 def M(theta_cone: Reals, theta_o: Reals, v: Reals) -> Floats:
@@ -156,21 +178,11 @@ def open_unit(u: Floats) -> Floats:
     return jnp.minimum(u + eps / 2, 1 - eps / 2)
 
 
-def sample_around(
-    cone: Inclination, beta: Floats, u0: Floats, u1: Floats
-) -> Inclination:
+def sample_around(cone: Inclination, of: Width, u0: Floats, u1: Floats) -> Inclination:
     """`sample_M` as sine and cosine, differentiable at beta = sqrt(v) = 0."""
-    xi = open_unit(u0)
-    v = beta * beta
-    # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
-    broad = v > 0.05
-    t = xi * jnp.where(broad, -jnp.expm1(-2 / jnp.where(broad, v, 1)), 1)
-    far = t > 0.3
-    depth = -jnp.where(
-        far, jnp.log(1 - jnp.where(far, t, 0.5)), jnp.log1p(-jnp.where(far, 0, t))
-    )
-    w = jnp.minimum(v * depth, 2)  # 1 - cosine of the angle off the cone
-    s = beta * numerics.sqrt(depth * (2 - w))
+    depth = -numerics.log1p(-open_unit(u0) * of.within)
+    w = jnp.minimum(of.v * depth, 2)  # 1 - cosine of the angle off the cone
+    s = of.beta * numerics.sqrt(depth * (2 - w))
     sin, cos = sin_cos(2 * jnp.pi * u1)
     along = (1 - w) * cone.sin + s * cos * cone.cos
     out = (1 - w) * cone.cos - s * cos * cone.sin
@@ -180,7 +192,7 @@ def sample_around(
 
 def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats:
     """`sample_M` in terms of beta = sqrt(v), differentiable at beta = 0."""
-    return jnp.atan2(*sample_around(inclination(theta_c), beta, u0, u1))
+    return jnp.atan2(*sample_around(inclination(theta_c), width(beta), u0, u1))
 
 
 def sample_M(theta_cone: Reals, v: Reals, u: Reals) -> Floats:
