@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from test_nearfield import HAIR, angles
+from test_nearfield import COLORS, HAIR, angles
 from test_sampling import uniforms
 
 import fiberjax as fj
@@ -39,28 +39,28 @@ def test_directions_are_angles():
 
 def test_many_directions_are_those_of_few():
     """By blocks, the last of which is not full; arguments broadcast."""
-    theta_i, theta_o, phi, h = angles(8, 9001)
-    u, of = uniforms(4, 9001, 4), HAIR
-    turn = np.linspace(-3, 3, 9001)
+    theta_i, theta_o, phi, h = angles(8, 9000)
+    turn, u = np.linspace(-3, 3, 9000), uniforms(4, 9000, 4)
     given, out = vectors(theta_i, turn), vectors(theta_o, turn + phi)
     some = slice(8900, None)
-    for f in (directions.evaluate, directions.pdf):
-        few = f(of, given[some], out[some], h[some])
-        np.testing.assert_allclose(f(of, given, out, h)[some], few, rtol=1e-12)
-        many = f(of, given[:, None], out[:, None], np.float64([h[0], 0.4]))
-        few = f(of, given[some, None], out[some, None], np.float64([h[0], 0.4]))
-        assert many.shape[:2] == (9001, 2)
-        np.testing.assert_allclose(many[some], few, rtol=1e-12)
-    many = directions.sample(of, given, h, u)
-    few = directions.sample(of, given[some], h[some], u[some])
+    both = np.float64([0.2, 0.4])
+    many = directions.evaluate(HAIR, given[:, None], out[:, None], both)
+    few = directions.evaluate(HAIR, given[some, None], out[some, None], both)
+    assert many.shape == (9000, 2, len(COLORS))
+    np.testing.assert_allclose(many[some], few, rtol=1e-12)
+    many = directions.sample(HAIR, given, h, u)
+    few = directions.sample(HAIR, given[some], h[some], u[some])
     for x, y in zip(many, few, strict=True):
         np.testing.assert_allclose(x[some], y, rtol=1e-10, atol=1e-13)
 
-    def total(of, at):
-        return directions.sample(of, given[at], h[at], u[at]).weight.sum()
+    @jax.jit
+    @jax.grad
+    def slope(of, *at):
+        return directions.pdf(of, *at).sum()
 
-    whole = jax.grad(total)(of, slice(None))
-    halves = [jax.grad(total)(of, x) for x in (slice(4000), slice(4000, None))]
+    whole = slope(HAIR, given, out, h)
+    parts = slice(4500), slice(4500, None)
+    halves = [slope(HAIR, given[x], out[x], h[x]) for x in parts]
     added = jax.tree.map(jnp.add, *halves)
     for x, y in zip(*map(jax.tree.leaves, (whole, added)), strict=True):
         np.testing.assert_allclose(x, y, rtol=1e-9, atol=1e-9)
