@@ -78,12 +78,11 @@ def apart(values: Any, anything: Floats) -> Any:
 def log1p(x: Floats) -> Floats:
     """log(1 + x) for x > -1, within 4 eps.
 
-    The quotient makes up for what 1 + x rounds off. XLA's own is a logarithm and a
-    quotient of polynomials, of which one is dropped.
+    What 1 + x rounds off cannot be made up for from (1 + x) - 1: compiled, that is x.
     """
-    y = 1 + x
-    exact = y == 1
-    return jnp.where(exact, x, jnp.log(y) * (x / jnp.where(exact, 1, y - 1)))
+    far = jnp.abs(x) > 0.3
+    near = jnp.log1p(jnp.where(far, 0, x))
+    return jnp.where(far, jnp.log(1 + jnp.where(far, x, 0)), near)
 
 
 @log1p.defjvp
