@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from test_nearfield import HAIR, angles
+from test_nearfield import COLORS, HAIR, angles
 from test_sampling import uniforms
 
 import fiberjax as fj
@@ -35,6 +35,35 @@ def test_directions_are_angles():
     np.testing.assert_allclose(found.weight, drawn.weight, rtol=1e-10)
     assert (found.p == drawn.p).all()
     np.testing.assert_allclose(jnp.linalg.norm(found.omega_o, axis=-1), 1, rtol=1e-14)
+
+
+def test_many_directions_are_those_of_few():
+    """By blocks, the last of which is not full; arguments broadcast."""
+    theta_i, theta_o, phi, h = angles(8, 9000)
+    turn, u = np.linspace(-3, 3, 9000), uniforms(4, 9000, 4)
+    given, out = vectors(theta_i, turn), vectors(theta_o, turn + phi)
+    some = slice(8900, None)
+    both = np.float64([0.2, 0.4])
+    many = directions.evaluate(HAIR, given[:, None], out[:, None], both)
+    few = directions.evaluate(HAIR, given[some, None], out[some, None], both)
+    assert many.shape == (9000, 2, len(COLORS))
+    np.testing.assert_allclose(many[some], few, rtol=1e-12)
+    many = directions.sample(HAIR, given, h, u)
+    few = directions.sample(HAIR, given[some], h[some], u[some])
+    for x, y in zip(many, few, strict=True):
+        np.testing.assert_allclose(x[some], y, rtol=1e-10, atol=1e-13)
+
+    @jax.jit
+    @jax.grad
+    def slope(of, *at):
+        return directions.pdf(of, *at).sum()
+
+    whole = slope(HAIR, given, out, h)
+    parts = slice(4500), slice(4500, None)
+    halves = [slope(HAIR, given[x], out[x], h[x]) for x in parts]
+    added = jax.tree.map(jnp.add, *halves)
+    for x, y in zip(*map(jax.tree.leaves, (whole, added)), strict=True):
+        np.testing.assert_allclose(x, y, rtol=1e-9, atol=1e-9)
 
 
 TANGENT = np.array([1.0, 0.0, 0.0])

@@ -6,8 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import special
 
-from fiberjax import circular, numerics
+from fiberjax import bessel, circular, numerics
 from fiberjax.quadrature import (
     chosen,
     gauss_legendre_unit,
@@ -38,6 +39,53 @@ def test_decay(dtype):
     ends = jnp.asarray([0, -0.0, -1e4, -np.inf, np.nan], dtype)
     np.testing.assert_array_equal(numerics.decay(ends), [1, 1, 0, 0, np.nan])
     assert numerics.decay(ends).dtype == dtype
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_log1p(dtype):
+    """Next to -1, next to 0 and far from both."""
+    eps = np.finfo(dtype).eps
+    small = np.geomspace(1e-30, 1, 4001)
+    x = np.concatenate([-small, small, 1e3 * small, small - 1])
+    x = x.astype(dtype)[x.astype(dtype) > eps - 1]
+    exact = np.log1p(x.astype(np.longdouble))
+    found = jax.jit(numerics.log1p)(jnp.asarray(x))
+    assert found.dtype == dtype
+    some = exact != 0
+    assert off(found[some], exact[some], np.abs(exact[some])) < 4
+    assert numerics.log1p(jnp.zeros((), dtype)) == 0
+    slope = jax.vmap(jax.grad(numerics.log1p))(jnp.asarray(x))
+    exact = 1 / (1 + x.astype(np.longdouble))
+    assert off(slope, exact, exact) < 2
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_absorption(dtype):
+    """What is left and what is lost, each to its last digits."""
+    x = np.concatenate([[0.0], np.geomspace(1e-30, 80, 20001)]).astype(dtype)
+    wide = x.astype(np.longdouble)
+    left, lost = jax.jit(numerics.absorption)(jnp.asarray(x))
+    assert left.dtype == lost.dtype == dtype
+    assert off(left, np.exp(-wide), np.exp(-wide)) < 2
+    assert off(lost[1:], -np.expm1(-wide[1:]), -np.expm1(-wide[1:])) < 2
+    ends = jnp.asarray([0.0, 1e4, np.inf, np.nan], dtype)
+    left, lost = numerics.absorption(ends)
+    np.testing.assert_array_equal(left, [1, 0, 0, np.nan])
+    np.testing.assert_array_equal(lost, [0, 1, 1, np.nan])
+    slopes = jax.jvp(numerics.absorption, (ends[:3],), (jnp.ones_like(ends[:3]),))[1]
+    np.testing.assert_array_equal(slopes, [[-1, 0, 0], [1, 0, 0]])
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_scaled_I0(dtype):
+    a = np.concatenate([np.linspace(0, 12, 20001), np.geomspace(12, 1e8, 2001)])
+    a = np.concatenate([a, -a]).astype(dtype)
+    exact = special.ive(0, np.abs(a).astype(np.float64)).astype(np.longdouble)
+    # SciPy's own is good to some eps of float64.
+    room = 3 if dtype == "float32" else 8
+    found = jax.jit(bessel.scaled_I0)(jnp.asarray(a))
+    assert found.dtype == dtype
+    assert off(found, exact, exact) < room
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -97,6 +145,54 @@ def test_what_is_stored_has_the_same_derivatives():
         np.testing.assert_allclose(f(x, 3.0), g(x, jnp.asarray(3.0)), rtol=1e-12)
     each = jax.vmap(held, (0, None))(x, jnp.asarray(3.0))
     np.testing.assert_allclose(each, direct(x, 3.0), rtol=1e-15)
+
+
+def test_what_is_kept_apart_has_the_same_derivatives():
+    """Whole numbers, which have none, may be among it."""
+    x = jnp.linspace(0.1, 2, 5)
+
+    def direct(x, k):
+        return jnp.sin(k * x) * x, jnp.arange(5)
+
+    def held(x, k):
+        return numerics.apart(direct(x, k), x)
+
+    for order in (0, 1, 2):
+        f, g = direct, held
+        for _ in range(order):
+            f, g = (jax.jacfwd(lambda *at, h=h: jax.jit(h)(*at)[0], 0) for h in (f, g))
+            f, g = ((lambda *at, h=h: (h(*at), 0)) for h in (f, g))
+        np.testing.assert_allclose(f(x, 3.0)[0], g(x, 3.0)[0], rtol=1e-12)
+    total = [jax.grad(lambda x, h=h: h(x, 3.0)[0].sum())(x) for h in (direct, held)]
+    np.testing.assert_allclose(*total, rtol=1e-12)
+    np.testing.assert_array_equal(jax.jit(held)(x, 3.0)[1], np.arange(5))
+    each = jax.vmap(held, (None, 0))(x, jnp.asarray([3.0, 4.0]))[0]
+    np.testing.assert_allclose(each[1], direct(x, 4.0)[0], rtol=1e-15)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_logistic_and_its_quantile(dtype):
+    """A quantile to the last digits of its distance from either end and the middle."""
+    eps = float(np.finfo(dtype).eps)
+    u = np.concatenate([np.geomspace(eps, 0.5, 501), 0.5 + np.geomspace(eps, 0.4, 501)])
+    u = u.astype(dtype)
+    number = np.dtype(dtype).type
+    for s in map(number, (1e-4, 0.05, 0.3, 3.0, 30.0)):
+        of = circular.logistic(jnp.asarray(s))
+        found = circular.logistic_quantile(jnp.asarray(u), of)
+        assert found.dtype == dtype
+        wide = u.astype(np.longdouble)
+        c = 1 / np.expm1(min(np.longdouble(np.pi) / s, 99))
+        less = np.minimum(wide, 1 - wide)
+        exact = s * np.log1p((1 - 2 * less) / (less + c)) * np.sign(wide - 0.5)
+        middle = exact == 0
+        assert off(found[~middle], exact[~middle], np.abs(exact[~middle])) < 8
+    for s in map(number, (0.3, 1.0)):
+        slope = jax.grad(lambda x, s=s: circular.trimmed_logistic(x, s))
+        assert slope(number(0)) == 0
+        # -1/(2 s^2) of the peak.
+        bend = jax.grad(slope)(number(0)) / circular.trimmed_logistic(number(0), s)
+        assert bend == pytest.approx(-1 / (2 * s * s), rel=8 * eps)
 
 
 @pytest.mark.parametrize("index", [0, 1, 2])

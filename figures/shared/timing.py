@@ -38,28 +38,32 @@ class Row(NamedTuple):
     seconds: float
 
 
-def seconds(call: Callable[[], Any]) -> float:
+def seconds(call: Callable[[], Any], clock: Callable[[], float]) -> float:
     """Duration of one call."""
-    start = time.perf_counter()
+    start = clock()
     jax.block_until_ready(call())
-    return time.perf_counter() - start
+    return clock() - start
 
 
 def medians(
-    calls: Mapping[Key, Callable[[], Any]], rounds: int, at_least: float = 0.0
+    calls: Mapping[Key, Callable[[], Any]],
+    rounds: int,
+    at_least: float = 0.0,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> dict[Key, float]:
     """Median seconds of each call, which has run before.
 
     In every round each is called once, or as often as takes `at_least` seconds: what
-    slows the machine for a while slows all.
+    slows the machine for a while slows all. By `time.process_time` for a clock, what
+    others do on it counts for less.
     """
     times = {key: [] for key in calls}
     for k in range(rounds):
         progress(f"times, round {k + 1} of {rounds}")
         for key, call in calls.items():
-            taken = [seconds(call)]
+            taken = [seconds(call, clock)]
             while sum(taken) < at_least:
-                taken.append(seconds(call))
+                taken.append(seconds(call, clock))
             times[key].append(statistics.median(taken))
     return {key: statistics.median(found) for key, found in times.items()}
 

@@ -93,7 +93,8 @@ class Along:
 def _M(cone: Inclination, out: Inclination, v: Floats, form: Along) -> Floats:
     x = 1 / v
     a = x * cone.cos * out.cos
-    return density(-x * versine(cone, out), a, v, form.bessel)
+    level = 1 / (-v * jnp.expm1(-2 * x))
+    return density(-x * versine(cone, out), a, level, form.bessel)
 
 
 @_M.defjvp

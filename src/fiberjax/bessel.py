@@ -1,4 +1,4 @@
-"""Ratios of Bessel functions, for the derivatives of M: I1/I0 and I_(3/2)/I_(1/2)."""
+"""Bessel functions of M and of its derivatives: I0, I1/I0 and I_(3/2)/I_(1/2)."""
 
 from functools import cache
 from math import factorial
@@ -11,6 +11,49 @@ from fiberjax import numerics
 from fiberjax._types import Floats
 
 _TERMS = range(14)  # 1/(14!)^2 and 4^14/29! are below 1e-20
+
+
+_MIDDLE = 4.0
+"""Where one polynomial of I0 ends and the other begins: together they are short."""
+_BELOW, _ABOVE = 14, 10
+
+
+@cache
+def _I0_coefficients() -> tuple[tuple[float, ...], ...]:
+    """Of e^-a I0(a) in a/2 - 1, a <= 4, and of its product with a^(1/2) in 8/a - 1.
+
+    Exact at Chebyshev points, good to 2e-8. With t the angle of the integral of I0 the
+    midpoint rule is exact to rounding.
+    """
+    t = np.pi * (np.arange(4096) + 0.5) / 4096
+    fall = 2 * np.sin(t / 2) ** 2
+
+    def through(count, argument, factor):
+        s = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        a = argument(s)
+        values = np.exp(-a[:, None] * fall).mean(1) * factor(a)
+        series = np.polynomial.chebyshev.chebfit(s, values, count - 1)
+        return tuple(float(c) for c in np.polynomial.chebyshev.cheb2poly(series))
+
+    below = through(_BELOW, lambda s: _MIDDLE / 2 * (1 + s), np.ones_like)
+    above = through(_ABOVE, lambda s: 2 * _MIDDLE / (1 + s), np.sqrt)
+    return below, above
+
+
+def scaled_I0(a: Floats) -> Floats:
+    """e^-|a| I0(a), not meant to be differentiated.
+
+    In single precision by a polynomial on either side of 4, within 3 eps: XLA's own
+    takes longer.
+    """
+    if a.dtype == jnp.float64:
+        return jax.scipy.special.i0e(a)
+    size = jnp.abs(a)
+    below, above = _I0_coefficients()
+    root = jax.lax.rsqrt(jnp.maximum(size, _MIDDLE))
+    small = numerics.power_series(below, (2 / _MIDDLE) * jnp.minimum(size, _MIDDLE) - 1)
+    large = root * numerics.power_series(above, (2 * _MIDDLE) * root * root - 1)
+    return jnp.where(size < _MIDDLE, small, large)
 
 
 def langevin(x: Floats) -> Floats:

@@ -3,6 +3,8 @@
 Both integrate to 1 over one turn, have period 2 pi, and tend to 1/(2 pi) as they widen.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 
@@ -67,8 +69,7 @@ def trimmed_logistic(phi: Reals, s: Reals) -> Floats:
     """Logistic density of scale s, trimmed to [-pi, pi] and repeated every turn.
 
     D(x) = sigma(x/s) sigma(-x/s)/(s tanh(pi/(2 s))), x = phi wrapped to [-pi, pi].
-    It is continuous at x = +-pi, where its slope changes sign. The product of two
-    sigmoids neither overflows nor has a kink at 0.
+    It is continuous at x = +-pi, where its slope changes sign.
 
     Args:
         phi: angle in radians, any real.
@@ -81,11 +82,46 @@ def trimmed_logistic(phi: Reals, s: Reals) -> Floats:
     half of the transmitted light.
     """
     phi, s = floats((phi,), (s,))
-    z = wrap(phi) / s
-    both = jax.nn.sigmoid(z) * jax.nn.sigmoid(-z)
-    # 1/tanh(pi/(2 s)); beyond 40 the second term is below rounding. The derivative of
-    # tanh itself would cancel.
-    return both / s * (1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40)))
+    return logistic_density(phi, logistic(s))
+
+
+@jax.custom_jvp
+def _bell(z: Floats) -> Floats:
+    """The logistic density of scale 1, sigma(z) sigma(-z), by one exponential."""
+    e = numerics.decay(-jnp.abs(z))
+    return e / ((1 + e) * (1 + e))
+
+
+@_bell.defjvp
+def _bell_jvp(primals, tangents):
+    """|z| has a kink where the density has none."""
+    (z,), (dz,) = primals, tangents
+    value = _bell(z)
+    return value, -value * jnp.tanh(z / 2) * dz
+
+
+class Logistic(NamedTuple):
+    """The scale of a trimmed logistic, and what is trimmed on either side of it.
+
+    The latter, over what is kept, is 1/expm1(pi/s).
+    """
+
+    scale: Floats
+    trimmed: Floats
+
+
+def logistic(s: Floats) -> Logistic:
+    """That of scale s."""
+    # Nothing overflows; beyond 80 it is below any number drawn.
+    x = jnp.minimum(TURN / 2 / s, 80)
+    return Logistic(s, jnp.exp(-x) / -jnp.expm1(-x))
+
+
+def logistic_density(phi: Floats, of: Logistic) -> Floats:
+    """`trimmed_logistic` of what it needs of the scale."""
+    # 1 + 2 trimmed is 1/tanh(pi/(2 s)), whose derivative would cancel.
+    level = (1 + 2 * of.trimmed) / of.scale
+    return _bell(wrap(phi) * (1 / of.scale)) * level
 
 
 def normal_quantile(u: Floats, beta: Floats) -> Floats:
@@ -93,9 +129,12 @@ def normal_quantile(u: Floats, beta: Floats) -> Floats:
     return beta * jax.scipy.special.ndtri(u)
 
 
-def logistic_quantile(u: Floats, s: Floats) -> Floats:
-    """The same of the logistic: 2 s atanh((2 u - 1) tanh(pi/(2 s)))."""
-    # Below s = 0.05 the tanh is 1.
-    broad = s > 0.05
-    mass = jnp.where(broad, jnp.tanh(TURN / 4 / jnp.where(broad, s, 1)), 1)
-    return 2 * s * jnp.atanh((2 * u - 1) * mass)
+def logistic_quantile(u: Floats, of: Logistic) -> Floats:
+    """The same of the logistic: s log((u + c)/(1 - u + c)), c what is trimmed.
+
+    From |2 u - 1|, so that the middle keeps its digits.
+    """
+    above = u > 0.5
+    less = jnp.where(above, 1 - u, u)
+    size = of.scale * numerics.log1p((1 - 2 * less) / (less + of.trimmed))
+    return jnp.where(above, size, -size)

@@ -158,7 +158,9 @@ def _sample(model: Model, fiber: Fiber, theta_i, u: Any) -> Sample:
     cos = jnp.sqrt((1 - h) * (1 + h))
     offset = Offset(jnp.atan2(h, cos), h, cos)
     seen, beta_n = DETECTORS[model.detector], model.shape(fiber, 0).beta_n
-    phi = wrap(seen.quantile(open_unit(u[..., 1]), beta_n) - 2 * offset.gamma)
+    phi = wrap(
+        seen.quantile(open_unit(u[..., 1]), seen.width(beta_n)) - 2 * offset.gamma
+    )
     cones, widths = _cone(fiber, theta_i, phi), _width(fiber, phi)
     theta_o = sample_cone(cones, widths, u[..., 2], u[..., 3])
     one = ray(offset, model.section(fiber, theta_i, theta_o))

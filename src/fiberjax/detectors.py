@@ -14,10 +14,11 @@ from fiberjax.circular import (
     LOGISTIC_SCALE,
     ROOT_TURN,
     TURN,
+    logistic,
+    logistic_density,
     logistic_quantile,
     normal_quantile,
     sin_cos,
-    trimmed_logistic,
     wrap,
     wrapped_normal,
 )
@@ -137,8 +138,9 @@ def _logistic_forms(tolerance: float) -> list[Form]:
 class Detector(NamedTuple):
     """A density in azimuth of roughness beta_n, and how to draw from it.
 
-    density(phi, beta_n)           per radian
-    quantile(u, beta_n)            not wrapped
+    width(beta_n)                  what the next two need of it
+    density(phi, width)            per radian
+    quantile(u, width)             not wrapped
     image(x, beta_n)               per radian, not wrapped, for small roughness
     forms(tolerance)               formulas for both sides of it, one of which serves
                                    any roughness; error below tolerance of the peak
@@ -150,8 +152,9 @@ class Detector(NamedTuple):
     kink                           whether the slope jumps at half a turn
     """
 
-    density: Callable[[Floats, Floats], Floats]
-    quantile: Callable[[Floats, Floats], Floats]
+    width: Callable[[Floats], Any]
+    density: Callable[[Floats, Any], Floats]
+    quantile: Callable[[Floats, Any], Floats]
     image: Callable[[Floats, Floats], Floats]
     forms: Callable[[float], list[Form]]
     reach: Callable[[float], float]
@@ -171,6 +174,7 @@ class Detector(NamedTuple):
 
 DETECTORS = {
     "normal": Detector(
+        lambda beta: beta,
         wrapped_normal,
         normal_quantile,
         _normal_image,
@@ -181,8 +185,9 @@ DETECTORS = {
         kink=False,
     ),
     "logistic": Detector(
-        lambda phi, beta: trimmed_logistic(phi, LOGISTIC_SCALE * beta),
-        lambda u, beta: logistic_quantile(u, LOGISTIC_SCALE * beta),
+        lambda beta: logistic(LOGISTIC_SCALE * beta),
+        logistic_density,
+        logistic_quantile,
         _logistic_image,
         _logistic_forms,
         lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),

@@ -6,7 +6,7 @@ along the sphere only: those in the length of a vector depend on how its angles 
 found. See `fiberjax.nearfield` for the model, its static choices and its errors.
 """
 
-from itertools import chain
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -35,14 +35,14 @@ class DirectionSample(NamedTuple):
     p: Int[Array, "..."]
 
 
-def _inclination(x: Floats, y: Floats, z: Floats) -> Inclination:
+def _inclination(omega: Sequence[Floats]) -> Inclination:
+    x, y, z = omega
     return Inclination(x, numerics.sqrt(y * y + z * z))
 
 
-def _seen(*components: Floats) -> entering.Seen:
+def _seen(omega_i: Sequence[Floats], omega_o: Sequence[Floats]) -> entering.Seen:
     """phi is 0 where a direction lies along the tangent."""
-    given, out = components[:3], components[3:]
-    (_, yi, zi), (_, yo, zo) = given, out
+    (_, yi, zi), (_, yo, zo) = omega_i, omega_o
     across, along = yi * zo - zi * yo, yi * yo + zi * zo
     size = numerics.sqrt(across * across + along * along)
     defined = size > 0
@@ -54,19 +54,21 @@ def _seen(*components: Floats) -> entering.Seen:
     )
     half = jnp.where(across < 0, -jnp.pi, jnp.pi)
     phi = jnp.where(along < 0, half - acute, acute)
-    return entering.Seen(_inclination(*given), _inclination(*out), phi)
+    return entering.Seen(_inclination(omega_i), _inclination(omega_o), phi)
 
 
-def _shown(out: Inclination, phi: Floats, x, y: Floats, z: Floats) -> list[Floats]:
+def _shown(out: Inclination, phi: Floats, omega_i: Sequence[Floats]) -> Floats:
     """The components of what was drawn: phi is from the given direction's azimuth."""
+    _, y, z = omega_i
     cos_i = numerics.sqrt(y * y + z * z)
     y = numerics.quotient(y, cos_i, otherwise=1.0)
     z = numerics.quotient(z, cos_i, otherwise=0.0)
     sin, cos = sin_cos(phi)
-    return [out.sin, out.cos * (y * cos - z * sin), out.cos * (y * sin + z * cos)]
+    found = [out.sin, out.cos * (y * cos - z * sin), out.cos * (y * sin + z * cos)]
+    return stacked(numerics.apart(found, out.sin))
 
 
-def _components(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, tuple, Floats]:
+def _places(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, entering.Places]:
     last_axis(3, omega_i=omega_i, omega_o=omega_o)
     pair = {
         "omega_i[..., 0]": np.shape(omega_i)[:-1],
@@ -74,8 +76,7 @@ def _components(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, tuple, Floats
     }
     broadcastable(**pair, h=np.shape(h))
     fiber, (omega_i, omega_o, h) = prepare(fiber, (omega_i, omega_o), (h,))
-    split = map(entering.unstacked, (omega_i, omega_o))
-    return fiber, tuple(chain(*split)), h
+    return fiber, ((h,), (omega_i, omega_o))
 
 
 def evaluate(
@@ -106,8 +107,8 @@ def evaluate(
             as `nearfield.evaluate`.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where, h = _components(fiber, omega_i, omega_o, h)
-    return entering.evaluate(model, compat, _seen, fiber, where, h)
+    fiber, places = _places(fiber, omega_i, omega_o, h)
+    return entering.evaluate(model, compat, _seen, fiber, places)
 
 
 def pdf(
@@ -127,8 +128,8 @@ def pdf(
         Density per steradian, no color axis.
     """
     model = near_model(lobes, rest, detector, compat)
-    fiber, where, h = _components(fiber, omega_i, omega_o, h)
-    return entering.pdf(model, compat, _seen, fiber, where, h)
+    fiber, places = _places(fiber, omega_i, omega_o, h)
+    return entering.pdf(model, compat, _seen, fiber, places)
 
 
 def sample(
@@ -162,8 +163,8 @@ def sample(
     leading = {"omega_i[..., 0]": np.shape(omega_i)[:-1], "u[..., 0]": np.shape(u)[:-1]}
     broadcastable(**leading, h=np.shape(h))
     fiber, (omega_i, h, u) = prepare(fiber, (omega_i,), (h, u))
-    where = entering.unstacked(omega_i)
+    places = (h,), (omega_i, u)
     found, weight, p = entering.sample(
-        model, compat, gradient, _inclination, _shown, fiber, where, h, u
+        model, compat, gradient, _inclination, _shown, fiber, places
     )
-    return DirectionSample(stacked(found), weight, p)
+    return DirectionSample(found, weight, p)

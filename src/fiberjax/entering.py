@@ -17,13 +17,11 @@ from fiberjax.azimuthal import drop_color
 from fiberjax.circular import TURN, wrap
 from fiberjax.compat import MITSUBA, PBRT, M_renderers
 from fiberjax.detectors import DETECTORS
-from fiberjax.fiber import Fiber, LobeShape
-from fiberjax.model import Model, portions, positive
+from fiberjax.fiber import Fiber
+from fiberjax.model import Model, light, portions, positive
 from fiberjax.section import (
     Light,
     Offset,
-    Section,
-    deflection,
     ray,
     refraction,
     section_of,
@@ -32,39 +30,66 @@ from fiberjax.section import (
 from fiberjax.spherical import (
     Inclination,
     M_around,
+    Width,
     inclination,
     open_unit,
     sample_around,
     turned,
+    width,
 )
+
+
+def _of_renderer(terms: int):
+    def M(cone: Inclination, out: Inclination, of: Width) -> Floats:
+        return M_renderers(cone, out, of.v, terms)
+
+    return M
+
 
 LONGITUDINAL = {
     None: M_around,
-    "pbrt": partial(M_renderers, terms=PBRT),
-    "mitsuba": partial(M_renderers, terms=MITSUBA),
+    "pbrt": _of_renderer(PBRT),
+    "mitsuba": _of_renderer(MITSUBA),
 }
 
 
+class Shape(NamedTuple):
+    """What a part takes from the fiber: the turn of its cone and its two widths."""
+
+    tilt: Inclination
+    along: Width
+    across: Any
+
+
+def _shapes(model: Model, fiber: Fiber) -> list[Shape]:
+    """All parts'. A roughness of 0 is one: what is sampled has a density."""
+    found, blur = [], DETECTORS[model.detector].width
+    for tilt, *betas in (model.shape(fiber, part) for part in model.parts):
+        along, across = map(positive, betas)
+        turn = inclination(jnp.zeros_like(along) if tilt is None else tilt)
+        found.append(Shape(turn, width(along), blur(across)))
+    return found
+
+
 class Entering(NamedTuple):
-    """A ray that enters, what is left of it in each part, and each part's shape."""
+    """A ray that enters, and what is left of it in each part.
 
-    given: Inclination
-    offset: Offset
-    section: Section
+    `mirrored` is the untilted cone, gamma_i and gamma_t the angles of the ray outside
+    and inside.
+    """
+
+    mirrored: Inclination
+    gamma_i: Floats
+    gamma_t: Floats
     left: list[Light]
-    shapes: list[LobeShape]
 
-    def cone(self, k: int) -> Inclination:
+    def cone(self, shape: Shape) -> Inclination:
         """The specular cone of a part, not folded."""
-        mirrored, tilt = (
-            Inclination(-self.given.sin, self.given.cos),
-            self.shapes[k].tilt,
-        )
-        return mirrored if tilt is None else turned(mirrored, inclination(tilt))
+        return turned(self.mirrored, shape.tilt)
 
-    def portions(self) -> tuple[list[Floats], Any]:
-        """Probability of each part, and whether any light is left."""
-        return portions([light.mean() for light in self.left])
+    def amounts(self) -> list[Floats]:
+        """What is left in each part, the mean over colors."""
+        return [x.mean() for x in self.left]
 
 
 def _entering(model: Model, fiber: Fiber, given: Inclination, h: Floats) -> Entering:
@@ -72,46 +97,32 @@ def _entering(model: Model, fiber: Fiber, given: Inclination, h: Floats) -> Ente
     offset = Offset(numerics.acute_angle(h, cos, jnp.ones_like(h)), h, cos)
     section = section_of(given.cos, fiber.eta, fiber.sigma_a)
     one = ray(offset, section)
+    angles = offset.gamma, refraction(offset, section)
+    (gamma_i, gamma_t), surface = numerics.apart((angles, one.surface), h)
+    one = one._replace(surface=surface)
     left = [model.attenuation(part, one) for part in model.parts]
-    shapes = [model.shape(fiber, part) for part in model.parts]
-    # A roughness of 0 is one: what is sampled has a density.
-    shapes = [
-        s._replace(beta_m=positive(s.beta_m), beta_n=positive(s.beta_n)) for s in shapes
-    ]
-    return Entering(given, offset, section, left, shapes)
-
-
-def _each_density(
-    model: Model, compat, one: Entering, out: Inclination, phi: Floats
-) -> list[Floats]:
-    seen, found = DETECTORS[model.detector], []
-    for k, (part, shape) in enumerate(zip(model.parts, one.shapes, strict=True)):
-        along = LONGITUDINAL[compat](one.cone(k), out, shape.beta_m**2)
-        if part == model.tail:
-            found.append(along / TURN)
-            continue
-        away = phi - part * jnp.pi - deflection(part, one.offset, one.section)
-        found.append(along * seen.density(away, shape.beta_n))
-    return found
+    return Entering(Inclination(-given.sin, given.cos), gamma_i, gamma_t, left)
 
 
 def _densities(
-    model: Model, compat, one: Entering, out: Inclination, phi: Floats
+    model: Model, compat, shapes: list[Shape], one: Entering, out: Inclination, phi
 ) -> list[Floats]:
     """M D of each part, which no color is to compute anew."""
-    return numerics.stored(
-        lambda: _each_density(model, compat, one, out, phi), one.offset.sin
-    )
+    density, found = DETECTORS[model.detector].density, []
+    for part, shape in zip(model.parts, shapes, strict=True):
+        along = LONGITUDINAL[compat](one.cone(shape), out, shape.along)
+        if part == model.tail:
+            found.append(along / TURN)
+            continue
+        away = phi + 2 * one.gamma_i - part * (2 * one.gamma_t + jnp.pi)
+        found.append(along * density(away, shape.across))
+    return numerics.apart(found, one.gamma_i)
 
 
 def _sum(left: list[Light], factors: Sequence[Floats]) -> list[Floats]:
     """What is left of each part times its factor, added, for each color."""
-    each = [light.times(x) for light, x in zip(left, factors, strict=True)]
+    each = [of.times(x) for of, x in zip(left, factors, strict=True)]
     return [reduce(jnp.add, one) for one in zip(*each, strict=True)]
-
-
-def _mixture(probability: Sequence[Floats], densities: Sequence[Floats]) -> Floats:
-    return reduce(jnp.add, map(jnp.multiply, probability, densities))
 
 
 class Seen(NamedTuple):
@@ -122,38 +133,55 @@ class Seen(NamedTuple):
     phi: Floats
 
 
+Places = tuple[tuple[Floats, ...], tuple[Floats, ...]]
+"""Numbers, of which h is the last, and vectors, that say where all directions are."""
+
+
+def _columns(numbers, vectors) -> tuple[list[Floats], list[tuple[Floats, ...]]]:
+    """The numbers, and the vectors as their entries, which are slow to read."""
+    return numbers, numerics.apart([unstacked(x) for x in vectors], numbers[-1])
+
+
+def _met(model: Model, compat, seen, fiber: Fiber, places: Places, shapes: list[Shape]):
+    """The ray that enters, and M D of each part in the direction that is looked at."""
+    (*where, h), vectors = _columns(*places)
+    given, out, phi = numerics.apart(seen(*where, *vectors), h)
+    one = _entering(model, fiber, given, h)
+    return one, _densities(model, compat, shapes, one, out, phi)
+
+
 @partial(jax.jit, static_argnames=("model", "compat", "seen"))
-def evaluate(model: Model, compat, seen, fiber: Fiber, where, h) -> Floats:
-    """The sum over parts of A_p M_p D; `seen` makes a `Seen` of `where`."""
+def evaluate(model: Model, compat, seen, fiber: Fiber, places: Places) -> Floats:
+    """The sum over parts of A_p M_p D; `seen` makes a `Seen` of what is but h."""
+    shapes = _shapes(model, fiber)
 
-    def value(where, h):
-        given, out, phi = seen(*where)
-        one = _entering(model, fiber, given, h)
-        return _sum(one.left, _densities(model, compat, one, out, phi))
+    def value(*places):
+        one, found = _met(model, compat, seen, fiber, places, shapes)
+        return stacked(numerics.apart(_sum(one.left, found), one.gamma_i))
 
-    colors = numerics.in_blocks(value, where, h)
-    return drop_color(stacked(colors), fiber.sigma_a)
+    return drop_color(numerics.in_blocks(value, *places), fiber.sigma_a)
 
 
 @partial(jax.jit, static_argnames=("model", "compat", "seen"))
-def pdf(model: Model, compat, seen, fiber: Fiber, where, h) -> Floats:
+def pdf(model: Model, compat, seen, fiber: Fiber, places: Places) -> Floats:
     """The same with the probabilities of the parts in place of A_p."""
+    shapes = _shapes(model, fiber)
 
-    def value(where, h):
-        given, out, phi = seen(*where)
-        one = _entering(model, fiber, given, h)
-        probability, _ = one.portions()
-        return _mixture(probability, _densities(model, compat, one, out, phi))
+    def value(*places):
+        one, found = _met(model, compat, seen, fiber, places, shapes)
+        return reduce(jnp.add, map(jnp.multiply, portions(one.amounts()), found))
 
-    return numerics.in_blocks(value, where, h)
+    return numerics.in_blocks(value, *places)
 
 
-def _pick(probability: Sequence[Floats], u: Floats) -> Any:
-    """An index by its probability."""
-    sums = list(accumulate(probability))
+def _pick(amounts: Sequence[Floats], u: Floats) -> Any:
+    """An index in proportion to the amounts."""
+    sums = list(accumulate(amounts))
     target = open_unit(u) * sums[-1]
-    # A part of probability 0 ends where the one before it does, so it is never chosen.
-    return reduce(jnp.add, [(x <= target).astype(int) for x in sums[:-1]], 0)
+    # A part of which there is nothing ends where the one before it does, so it is never
+    # chosen. 32 bits, as float32 has: 64 would take longer.
+    each = [(x <= target).astype("int32") for x in sums[:-1]]
+    return reduce(jnp.add, each, jnp.zeros_like(target, "int32"))
 
 
 def _chosen(values: Sequence[Any], index: Any) -> Any:
@@ -165,22 +193,27 @@ def _chosen(values: Sequence[Any], index: Any) -> Any:
 
 
 @partial(jax.jit, static_argnames=("model", "compat", "gradient", "seen", "shown"))
-def sample(model: Model, compat, gradient, seen, shown, fiber: Fiber, where, h, u):
+def sample(model: Model, compat, gradient, seen, shown, fiber: Fiber, places: Places):
     """A direction drawn from `pdf`, evaluate/pdf there, and the part.
 
-    `seen` makes an inclination of `where`, and `shown` what is returned of that drawn,
-    phi and `where`. The probabilities of the parts are held fixed. Then the derivative
-    of the estimate is unbiased: sum_p w_p int f (S/sum_q w_q q_q) q_p dx is int f S dx
-    for any w. With positions held as well, so is that with the whole density.
+    `seen` makes an inclination of what is but h and the uniform numbers, which are the
+    last vectors, and `shown` what is returned of that drawn, phi and the rest. The
+    probabilities of the parts are held fixed. Then the derivative of the estimate is
+    unbiased: sum_p w_p int f (S/sum_q w_q q_q) q_p dx is int f S dx for any w. With
+    positions held as well, so is that with the whole density.
     """
+    shapes = _shapes(model, fiber)
 
-    def drawn(where, h, u):
-        given = seen(*where)
-        out, phi, colors, p = _drawn(model, compat, gradient, fiber, given, h, u)
-        return shown(out, phi, *where), colors, p
+    def drawn(*places):
+        (*where, h), (*directions, u) = _columns(*places)
+        given = numerics.apart(seen(*where, *directions), h)
+        one = _entering(model, fiber, given, h)
+        out, phi, colors, p = _drawn(model, compat, gradient, shapes, one, u)
+        found = shown(out, phi, *where, *directions)
+        return found, stacked(numerics.apart(colors, h)), p
 
-    found, colors, p = numerics.in_blocks(drawn, where, h, unstacked(u))
-    return found, drop_color(stacked(colors), fiber.sigma_a), p
+    found, colors, p = numerics.in_blocks(drawn, *places)
+    return found, drop_color(colors, fiber.sigma_a), p
 
 
 def unstacked(x: Floats) -> tuple[Floats, ...]:
@@ -188,29 +221,34 @@ def unstacked(x: Floats) -> tuple[Floats, ...]:
     return tuple(x[..., k] for k in range(x.shape[-1]))
 
 
-def _drawn(model: Model, compat, gradient, fiber: Fiber, given, h, u):
-    one = _entering(model, fiber, given, h)
-    probability, alive = jax.lax.stop_gradient(one.portions())
-    index = _pick(probability, u[0])
-    cone = _chosen([one.cone(k) for k in range(len(model.parts))], index)
-    beta_m = _chosen([s.beta_m for s in one.shapes], index)
-    beta_n = _chosen([s.beta_n for s in one.shapes], index)
-    out = sample_around(cone, beta_m, u[1], u[2])
+def _drawn(model: Model, compat, gradient, shapes: list[Shape], one: Entering, u):
+    fixed = jax.lax.stop_gradient(one)
+    amounts = fixed.amounts()
+    _, alive = light(amounts)
+    even = [jnp.where(alive, x, 1) for x in amounts]
+    index = numerics.apart(_pick(even, u[0]), one.gamma_i)
+    shape = _chosen(shapes, index)
+    out = sample_around(one.cone(shape), shape.along, u[1], u[2])
 
     parts = [jnp.full_like(index, part) for part in model.parts]
     p, v = _chosen(parts, index), open_unit(u[3])
-    turn = p.astype(v.dtype) * (2 * refraction(one.offset, one.section) + jnp.pi)
-    deviate = DETECTORS[model.detector].quantile(v, beta_n)
-    phi = wrap(turn - 2 * one.offset.gamma + deviate)
+    turn = p.astype(v.dtype) * (2 * one.gamma_t + jnp.pi)
+    deviate = DETECTORS[model.detector].quantile(v, shape.across)
+    phi = wrap(turn - 2 * one.gamma_i + deviate)
     phi = jnp.where(p == model.tail, TURN * (v - 0.5), phi)
+    out, phi = numerics.apart((out, phi), one.gamma_i)
 
     detached = gradient == "detached"
     if detached:
         out, phi = jax.lax.stop_gradient((out, phi))
-    found = _densities(model, compat, one, out, phi)
-    density = _mixture(probability, found)
+    found = _densities(model, compat, shapes, one, out, phi)
+    both = _sum(one.left, found), _sum(fixed.left, found)
+    colors, held = numerics.apart(both, one.gamma_i)
+    # The density is the mean of what its parts give to each color, over all there is.
+    density = reduce(jnp.add, held)
     density = jax.lax.stop_gradient(density) if detached else density
-    kept = [jnp.where(alive, x / density, 0) for x in found]
-    shape = jnp.broadcast_shapes(given.sin.shape, h.shape, v.shape)
-    out = jax.tree.map(lambda x: jnp.broadcast_to(x, shape), out)
-    return out, phi, _sum(one.left, kept), jnp.broadcast_to(p, shape)
+    share = len(colors) * reduce(jnp.add, even) / jnp.where(alive, density, 1)
+    weights = [jnp.where(alive, x * share, 0) for x in colors]
+    size = jnp.broadcast_shapes(one.gamma_t.shape, v.shape)
+    out = jax.tree.map(lambda x: jnp.broadcast_to(x, size), out)
+    return out, phi, weights, jnp.broadcast_to(p, size)

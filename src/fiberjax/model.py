@@ -113,25 +113,31 @@ class Attenuations(NamedTuple):
         return self._replace(section=section)
 
 
-def portions(values: Sequence[Floats]) -> tuple[list[Floats], Any]:
-    """Each value over their sum, and whether any light is left.
+def light(values: Sequence[Floats]) -> tuple[Floats, Any]:
+    """The largest value, a constant to the derivatives, and whether any light is left.
 
-    All are equal where all values are below the root of the smallest number: the
-    reverse pass divides by them.
+    None is where all are below the root of the smallest number: the reverse pass
+    divides by them.
     """
-    # Scaling by the largest, a constant to the derivatives, keeps 1/total^2 finite.
     largest = jax.lax.stop_gradient(reduce(jnp.maximum, values))
     # NaN is light of some kind: it must reach the result.
-    alive = ~(largest < float(jnp.finfo(largest.dtype).tiny) ** 0.5)
-    scaled = [jnp.where(alive, x / jnp.where(alive, largest, 1), 1) for x in values]
-    total = reduce(jnp.add, scaled)
-    return [x / total for x in scaled], alive
+    return largest, ~(largest < float(jnp.finfo(largest.dtype).tiny) ** 0.5)
+
+
+def portions(values: Sequence[Floats]) -> list[Floats]:
+    """Each value over their sum; all are equal where no light is left."""
+    largest, alive = light(values)
+    # Scaling by the largest keeps 1/total^2 finite.
+    over = 1 / jnp.where(alive, largest, 1)
+    scaled = [jnp.where(alive, x * over, 1) for x in values]
+    over = 1 / reduce(jnp.add, scaled)
+    return [x * over for x in scaled]
 
 
 def shares(values: Sequence[Floats]) -> tuple[Floats, Any]:
-    """`portions` on a last axis."""
-    found, alive = portions(jnp.broadcast_arrays(*values))
-    return jnp.stack(found, -1), alive
+    """`portions` on a last axis, and whether any light is left."""
+    values = jnp.broadcast_arrays(*values)
+    return jnp.stack(portions(values), -1), light(values)[1]
 
 
 def entry(values: Floats, index: Any) -> Floats:

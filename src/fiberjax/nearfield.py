@@ -98,7 +98,7 @@ def evaluate(
     """
     model = near_model(lobes, rest, detector, compat)
     fiber, (*where, h) = prepare(fiber, (theta_i, theta_o, phi), (h,))
-    return entering.evaluate(model, compat, _seen, fiber, where, h)
+    return entering.evaluate(model, compat, _seen, fiber, ((*where, h), ()))
 
 
 def pdf(
@@ -132,7 +132,7 @@ def pdf(
     """
     model = near_model(lobes, rest, detector, compat)
     fiber, (*where, h) = prepare(fiber, (theta_i, theta_o, phi), (h,))
-    return entering.pdf(model, compat, _seen, fiber, where, h)
+    return entering.pdf(model, compat, _seen, fiber, ((*where, h), ()))
 
 
 def sample(
@@ -178,6 +178,6 @@ def sample(
     last_axis(4, u=u)
     fiber, (theta_i, h, u) = prepare(fiber, (theta_i,), (h, u))
     (theta_o, phi), weight, p = entering.sample(
-        model, compat, gradient, _inclination, _shown, fiber, [theta_i], h, u
+        model, compat, gradient, _inclination, _shown, fiber, ((theta_i, h), (u,))
     )
     return Sample(theta_o, phi, weight, p)

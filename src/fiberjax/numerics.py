@@ -64,6 +64,32 @@ def _stored_jvp(value, primals, tangents):
     return jax.jvp(value, primals[1:], tangents[1:])
 
 
+def apart(values: Any, anything: Floats) -> Any:
+    """The same values, which XLA computes once and not anew for each of their users.
+
+    Barriers to optimization are gone by the time it decides what to fuse. `anything` as
+    in `stored`.
+    """
+    each, tree = jax.tree.flatten(values)
+    return tree.unflatten(_stored(lambda *x: x, anything.ravel()[0], *each))
+
+
+@jax.custom_jvp
+def log1p(x: Floats) -> Floats:
+    """log(1 + x) for x > -1, within 4 eps.
+
+    What 1 + x rounds off cannot be made up for from (1 + x) - 1: compiled, that is x.
+    """
+    far = jnp.abs(x) > 0.3
+    near = jnp.log1p(jnp.where(far, 0, x))
+    return jnp.where(far, jnp.log(1 + jnp.where(far, x, 0)), near)
+
+
+@log1p.defjvp
+def _log1p_jvp(primals, tangents):
+    return log1p(*primals), tangents[0] / (1 + primals[0])
+
+
 @jax.custom_jvp
 def decay(x: Floats) -> Floats:
     """exp(x) for x <= 0, within two eps; 0 below the smallest normal number.
@@ -72,12 +98,7 @@ def decay(x: Floats) -> Floats:
     """
     if x.dtype != jnp.float64:
         return jnp.exp(x)
-    x = jnp.maximum(x, -746)
-    n = jnp.round(x * 1.4426950408889634)
-    # ln 2 in two parts, of which the first has zeros to spare.
-    r = (x - n * 0.6931471803691238) - n * 1.9082149292705877e-10
-    exponent = jnp.maximum(n + 1023, 0).astype(jnp.int64) << 52
-    scale = jax.lax.bitcast_convert_type(exponent, x.dtype)
+    scale, r = _scale_and_rest(x)
     return power_series([1 / factorial(k) for k in range(14)], r) * scale
 
 
@@ -87,18 +108,33 @@ def _decay_jvp(primals, tangents):
     return value, value * tangents[0]
 
 
+def _scale_and_rest(x: Floats) -> tuple[Floats, Floats]:
+    """(2^n, r) with exp(x) = 2^n e^r, |r| <= ln(2)/2, for x <= 0."""
+    info = jnp.finfo(x.dtype)
+    # ln 2 in two parts, of which the first has zeros to spare.
+    high, low = (
+        (0.6931471803691238, 1.9082149292705877e-10)
+        if info.bits == 64
+        else (0.693359375, -2.1219444005469057e-4)
+    )
+    x = jnp.maximum(x, (float(info.minexp) - info.nmant) * 0.6931471805599453)
+    n = jnp.round(x * 1.4426950408889634)
+    r = (x - n * high) - n * low
+    exponent = jnp.maximum(n + (1 - info.minexp), 0).astype(f"int{info.bits}")
+    exponent = exponent << info.nmant
+    return jax.lax.bitcast_convert_type(exponent, x.dtype), r
+
+
 @jax.custom_jvp
 def absorption(x: Floats) -> tuple[Floats, Floats]:
     """exp(-x) and 1 - exp(-x) for x >= 0, each to its own last digits.
 
-    Below 1/2 the second is a Taylor series: XLA's expm1 takes longer on CPUs.
+    Both from q = e^r - 1: 2^n (1 + q), and 1 - 2^n - 2^n q, of which n = 0 leaves -q.
     """
-    left = decay(-x)
-    small = x < 0.5
-    y = jnp.where(small, x, 0)
-    terms = 8 if jnp.finfo(x.dtype).bits <= 32 else 15
-    series = y * power_series([1 / factorial(k) for k in range(1, terms + 1)], -y)
-    return left, jnp.where(small, series, 1 - left)
+    scale, r = _scale_and_rest(-x)
+    terms = 7 if jnp.finfo(x.dtype).bits <= 32 else 13
+    q = r * power_series([1 / factorial(k) for k in range(1, terms + 1)], r)
+    return scale + scale * q, (1 - scale) - scale * q
 
 
 @absorption.defjvp
@@ -107,30 +143,35 @@ def _absorption_jvp(primals, tangents):
     return (left, lost), (-left * dx, left * dx)
 
 
-def in_blocks(f: Callable, *arrays: Any) -> Any:
-    """f of arrays that broadcast, element by element, a block at a time.
+def in_blocks(f: Callable, arrays: Any, vectors: Any = ()) -> Any:
+    """f(arrays, vectors), element by element, a block at a time.
 
+    Arrays broadcast with each other and with vectors, but for a last axis of those.
     What is computed on the way stays in a processor's cache, and the reverse pass keeps
     no more of it than a block.
     """
-    shape = jnp.broadcast_shapes(*(x.shape for x in jax.tree.leaves(arrays)))
+    shapes = [x.shape for x in jax.tree.leaves(arrays)]
+    shapes += [x.shape[:-1] for x in jax.tree.leaves(vectors)]
+    shape = jnp.broadcast_shapes(*shapes)
     count = prod(shape)
     if count <= _BLOCK:
-        return f(*arrays)
+        return f(arrays, vectors)
     blocks = -(-count // _BLOCK)
+    spare = blocks * _BLOCK - count
 
-    def split(x):
-        flat = jnp.broadcast_to(x, shape).ravel()
-        padded = jnp.pad(flat, (0, blocks * _BLOCK - count), mode="edge")
-        return padded.reshape(blocks, _BLOCK)
+    def split(x, *axes):
+        flat = jnp.broadcast_to(x, (*shape, *axes)).reshape(count, *axes)
+        widths = [(0, spare)] + [(0, 0)] * len(axes)
+        padded = jnp.pad(flat, widths, mode="edge") if spare else flat
+        return padded.reshape(blocks, _BLOCK, *axes)
 
     def joined(x):
-        return x.reshape(blocks * _BLOCK, *x.shape[2:])[:count].reshape(
-            *shape, *x.shape[2:]
-        )
+        whole = x.reshape(blocks * _BLOCK, *x.shape[2:])[:count]
+        return whole.reshape(*shape, *x.shape[2:])
 
     each = jax.checkpoint(lambda block: f(*block), prevent_cse=False)
-    return jax.tree.map(joined, jax.lax.map(each, jax.tree.map(split, arrays)))
+    cut = jax.tree.map(lambda x: split(x, x.shape[-1]), vectors)
+    return jax.tree.map(joined, jax.lax.map(each, (jax.tree.map(split, arrays), cut)))
 
 
 def clenshaw(coefficients: Sequence[Any], x: Floats) -> tuple[Floats, Floats]:

@@ -105,15 +105,16 @@ def sample_model(model: Model, strategy, gradient, fiber: Fiber, theta_i, u, cla
     p = jnp.asarray(model.parts)[index]
     is_rest = p == model.tail
     seen = DETECTORS[model.detector]
+    blur = seen.width(beta_n[index])
     turn = p.astype(u.dtype) * (2 * refraction(offset, section) + jnp.pi)
     specular = turn - 2 * offset.gamma
     v = open_unit(u[..., 4])
-    phi = wrap(specular + seen.quantile(v, beta_n[index]))
+    phi = wrap(specular + seen.quantile(v, blur))
     phi = position(jnp.where(is_rest, TURN * (v - 0.5), phi))
     if detached:
         # The rest is uniform in azimuth: its score is that of M alone.
         aside = jnp.where(is_rest, 0, phi - specular)
-        score = _ratio(seen.density(aside, beta_n[index]))
+        score = _ratio(seen.density(aside, blur))
         share = share * jnp.where(is_rest, 1, score)
 
     each = [model.attenuation(q, one).stacked() for q in model.parts]

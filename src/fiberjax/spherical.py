@@ -34,25 +34,45 @@ def turned(of: Inclination, by: Inclination) -> Inclination:
     )
 
 
+class Width(NamedTuple):
+    """The width of a lobe: beta = sqrt(v), v and 1 - exp(-2/v)."""
+
+    beta: Floats
+    v: Floats
+    within: Floats
+
+
+def width(beta: Floats) -> Width:
+    """That of beta, differentiable at 0."""
+    v = beta * beta
+    # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
+    broad = v > 0.05
+    within = -jnp.expm1(-2 / jnp.where(broad, v, 1))
+    return Width(beta, v, jnp.where(broad, within, 1))
+
+
 def density(
     E: Floats,
     a: Floats,
-    v: Floats,
-    bessel: Callable[[Floats], Floats] = jax.scipy.special.i0e,
+    level: Floats,
+    scaled: Callable[[Floats], Floats] = bessel.scaled_I0,
 ) -> Floats:
-    """M from its exponent, a = cos theta_c cos theta_o/v, and exp(-|a|) I0(a)."""
+    """M from its exponent, a = cos theta_c cos theta_o/v, and 1/(v (1 - exp(-2/v))).
+
+    `scaled` is exp(-|a|) I0(a).
+    """
     # |a| - a is not 0 where an angle lies past pi/2, as float32(pi/2) does. Summed in
     # another order the exponent would lose a digit for each digit of 1/v.
     # The factor behind is large where the exponential is small, so it comes first.
-    factor = bessel(a) / (-v * jnp.expm1(-2 / v))
-    return jnp.exp(E + (jnp.abs(a) - a)) * factor
+    return jnp.exp(E + (jnp.abs(a) - a)) * (scaled(a) * level)
 
 
 @jax.custom_jvp
 def _M(theta_c: Floats, theta_o: Floats, v: Floats) -> Floats:
     x = 1 / v
     E = -2 * x * jnp.sin((theta_o - theta_c) / 2) ** 2
-    return density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), v)
+    level = 1 / (-v * jnp.expm1(-2 * x))
+    return density(E, x * jnp.cos(theta_c) * jnp.cos(theta_o), level)
 
 
 def _log_M_derivatives(
@@ -60,9 +80,9 @@ def _log_M_derivatives(
 ) -> tuple[Floats, Floats, Floats]:
     """Derivatives of log M in theta_c, theta_o and v, in forms without cancellation.
 
-    D is theta_o - theta_c and versine 1 - cos D. Differentiating i0e gives i1e - i0e,
-    which loses every digit at large a. With r = I1(a)/I0(a) and 1 - r known separately,
-    two forms cover everything.
+    D is theta_o - theta_c and versine 1 - cos D. Differentiating e^-a I0(a) gives a
+    difference that loses every digit at large a. With r = I1(a)/I0(a) and 1 - r known
+    separately, two forms cover everything.
     """
     x = 1 / v
     (sin_c, cos_c), (sin_o, cos_o) = cone, out
@@ -122,21 +142,23 @@ def turning(of: Inclination, moved: Inclination) -> Floats:
 
 
 @jax.custom_jvp
-def M_around(cone: Inclination, out: Inclination, v: Floats) -> Floats:
+def M_around(cone: Inclination, out: Inclination, of: Width) -> Floats:
     """`M` from sines and cosines, which it knows as well as they do the angles.
 
     Derivatives are those along the circles of both.
     """
-    x = 1 / v
-    return density(-x * versine(cone, out), x * cone.cos * out.cos, v)
+    x = 1 / of.v
+    E = -x * versine(cone, out)
+    return density(E, x * cone.cos * out.cos, x / of.within)
 
 
 @M_around.defjvp
 def _M_around_jvp(primals, tangents):
-    (cone, out, v), (dcone, dout, dv) = primals, tangents
+    """The tangent of a width is that of v."""
+    (cone, out, of), (dcone, dout, dof) = primals, tangents
     value = M_around(*primals)
-    turns = [turning(cone, dcone), turning(out, dout), dv]
-    each = zip(slopes(cone, out, v), turns, strict=True)
+    turns = [turning(cone, dcone), turning(out, dout), dof.v]
+    each = zip(slopes(cone, out, of.v), turns, strict=True)
     return value, value * sum(s * t for s, t in each)
 
 
@@ -173,21 +195,11 @@ def open_unit(u: Floats) -> Floats:
     return jnp.minimum(u + eps / 2, 1 - eps / 2)
 
 
-def sample_around(
-    cone: Inclination, beta: Floats, u0: Floats, u1: Floats
-) -> Inclination:
+def sample_around(cone: Inclination, of: Width, u0: Floats, u1: Floats) -> Inclination:
     """`sample_M` as sine and cosine, differentiable at beta = sqrt(v) = 0."""
-    xi = open_unit(u0)
-    v = beta * beta
-    # Below v = 0.05, expm1(-2/v) is -1 to the last digit.
-    broad = v > 0.05
-    t = xi * jnp.where(broad, -jnp.expm1(-2 / jnp.where(broad, v, 1)), 1)
-    far = t > 0.3
-    depth = -jnp.where(
-        far, jnp.log(1 - jnp.where(far, t, 0.5)), jnp.log1p(-jnp.where(far, 0, t))
-    )
-    w = jnp.minimum(v * depth, 2)  # 1 - cosine of the angle off the cone
-    s = beta * numerics.sqrt(depth * (2 - w))
+    depth = -numerics.log1p(-open_unit(u0) * of.within)
+    w = jnp.minimum(of.v * depth, 2)  # 1 - cosine of the angle off the cone
+    s = of.beta * numerics.sqrt(depth * (2 - w))
     sin, cos = sin_cos(2 * jnp.pi * u1)
     along = (1 - w) * cone.sin + s * cos * cone.cos
     out = (1 - w) * cone.cos - s * cos * cone.sin
@@ -197,7 +209,7 @@ def sample_around(
 
 def sample_cone(theta_c: Floats, beta: Floats, u0: Floats, u1: Floats) -> Floats:
     """`sample_M` in terms of beta = sqrt(v), differentiable at beta = 0."""
-    return jnp.atan2(*sample_around(inclination(theta_c), beta, u0, u1))
+    return jnp.atan2(*sample_around(inclination(theta_c), width(beta), u0, u1))
 
 
 def sample_M(theta_cone: Reals, v: Reals, u: Reals) -> Floats:
