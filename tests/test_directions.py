@@ -43,7 +43,7 @@ def test_many_directions_are_those_of_few():
     turn, u = np.linspace(-3, 3, 9000), uniforms(4, 9000, 4)
     given, out = vectors(theta_i, turn), vectors(theta_o, turn + phi)
     some = slice(8900, None)
-    both = np.float64([0.2, 0.4])
+    both = np.array([0.2, 0.4])
     many = directions.evaluate(HAIR, given[:, None], out[:, None], both)
     few = directions.evaluate(HAIR, given[some, None], out[some, None], both)
     assert many.shape == (9000, 2, len(COLORS))

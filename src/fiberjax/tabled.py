@@ -79,7 +79,8 @@ class Tabled(Rule):
         count, waves, colors = table.shape
         flat = table.reshape(count, -1)
 
-        def value(cos, phi, factor):
+        def value(at, _):
+            cos, phi, factor = at
             s = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
             rows = jnp.matmul(polynomials(s, count), flat, precision=_EXACT)
             rows = rows.reshape(*s.shape, waves, colors)
@@ -90,7 +91,7 @@ class Tabled(Rule):
                 found = rows[..., 0, :]
             return found * factor[..., None]
 
-        return numerics.in_blocks(value, cos, phi, factor)
+        return numerics.in_blocks(value, (cos, phi, factor))
 
 
 def spectrum(values: Floats) -> Floats:
