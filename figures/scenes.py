@@ -7,7 +7,7 @@ fiberjax.evaluate as it comes, "planned" what fiberjax.scene.plan makes of the s
 (b) Operations of a value in one color, as flops: a root or quotient counts as 4, an
 exponential, logarithm or trigonometric function as 16, I0 as 48; for "full" with the
 nodes or windows of the fiber in the scene that takes most. (c) The
-largest error over the peak, on six other fibers, and what was promised.
+largest error over the peak, on three other fibers, and what was promised.
 
 Times are medians on one machine and differ from run to run; the calls take turns.
 """
@@ -37,7 +37,7 @@ from fiberjax.expenses import baseline
 from fiberjax.farfield import evaluate_model
 from fiberjax.scene import plan
 
-COUNT, SEEN, FIBERS, ROUNDS = 1 << 15, 256, 6, 5
+COUNT, SEEN, FIBERS, ROUNDS = 1 << 15, 128, 3, 5
 GRID = 64, 512
 FORMS = {"full": GRAY, "planned": BLUE, "by hand": ORANGE}
 HEADER = (

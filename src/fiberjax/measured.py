@@ -13,6 +13,7 @@ from fiberjax._types import Floats
 from fiberjax.auto import Auto, auto
 from fiberjax.energy import albedo_model
 from fiberjax.farfield import evaluate_model, pdf_model, scattered
+from fiberjax.graded import GaussGamma
 from fiberjax.model import Attenuations, Model, longitudinal
 from fiberjax.planned import Closed, Tried
 from fiberjax.probes import Probe
@@ -27,6 +28,10 @@ from fiberjax.tabled import spectrum
 
 ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 96)
 """The numbers of nodes that are tried."""
+
+_AVERAGES = GaussGamma(192)
+"""For what has no azimuth: what is left of many segments with little absorption changes
+at grazing over a distance that `auto` does not know."""
 
 _SOME = 4
 """Every so many fibers are enough for a density."""
@@ -79,9 +84,14 @@ def in_float64(sample: Probe) -> Probe:
     return jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), sample)
 
 
-def _parts(model: Model, one: Probe) -> Floats:
-    each = [scattered(model, one.fiber, (p,), *_angles(one)) for p in model.parts]
-    return jnp.stack(jnp.broadcast_arrays(*each))[..., 0]
+def _parts(model: Model, one: Probe, rest: Rule | None = None) -> Floats:
+    """M N of each part; `rest` is a rule for the last of them."""
+
+    def part(p):
+        rule = model.rule if rest is None or p != model.tail else rest
+        return scattered(replace(model, rule=rule), one.fiber, (p,), *_angles(one))
+
+    return jnp.stack(jnp.broadcast_arrays(*map(part, model.parts)))[..., 0]
 
 
 def _plain(theta_i: Floats) -> Floats:
@@ -92,10 +102,11 @@ def _plain(theta_i: Floats) -> Floats:
 @partial(jax.jit, static_argnames="model")
 def exact(model: Model, sample: Probe) -> Exact:
     """What parts of a model are on a sample, fiber by fiber."""
+    averages = replace(model, rule=_AVERAGES)
 
     def one(at):
-        albedo = albedo_model(model, at.fiber, _plain(at.theta_i), True)
-        return Exact(_parts(model, at), albedo)
+        albedo = albedo_model(averages, at.fiber, _plain(at.theta_i), True)
+        return Exact(_parts(model, at, _AVERAGES), albedo)
 
     return jax.lax.map(one, in_float64(sample))
 
