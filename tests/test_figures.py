@@ -27,16 +27,13 @@ NAMES = (
     "fits",
     "fits_against_lobes",
     "furnace",
-    "growth",
     "lobes",
     "nearfield_speed",
     "nodes",
     "realtime",
-    "scenes",
     "speed",
     "stability",
     "tilt",
-    "tutorial",
     "variance",
 )
 OF_REALTIME = ("realtime_front", "realtime_furnace")
@@ -47,12 +44,10 @@ TABLES = (
     "absorption",
     "error_vs_time",
     "furnace",
-    "growth",
     "nearfield_speed",
     "nodes",
     *OF_REALTIME,
     "realtime_slides",
-    "scenes",
     "speed",
     "stability",
     "variance",
@@ -62,14 +57,11 @@ TABLES = (
 CHANGING = (
     "bessel",
     "error_vs_time",
-    "growth",
     "nearfield_speed",
     "nodes",
     "realtime",
-    "scenes",
     "speed",
     "stability",
-    "tutorial",
     "variance",
 )
 REPRODUCIBLE = tuple(name for name in NAMES if name not in CHANGING)
@@ -650,33 +642,3 @@ def test_a_model_that_returns_nan_is_seen():
     assert np.isnan(swatch.difference(wrong, points, 2.0)[0, 0])
     assert np.isnan(swatch.off(wrong, points))
     assert np.isnan(swatch.exposure(wrong))
-
-
-def test_the_table_of_scenes():
-    """Every promise was kept, and what a plan saves is what is said."""
-    cases = import_module("shared.scene_cases").SCENES
-    table = {(row["scene"], row["form"]): row for row in rows(FIGURES / "scenes.csv")}
-    assert {name for name, _ in table} == set(cases)
-    faster = {}
-    for name, scene in cases.items():
-        full, planned = table[name, "full"], table[name, "planned"]
-        assert float(planned["promised"]) == scene.tolerance
-        assert float(planned["achieved"]) <= scene.tolerance
-        assert float(planned["flops"]) < float(full["flops"])
-        faster[name] = float(full["ns_per_value"]) / float(planned["ns_per_value"])
-    text = " ".join((FIGURES.parent / "README.md").read_text().split())
-    said = ", ".join(f"{name} {ratio:.2g}" for name, ratio in faster.items())
-    assert said in text
-
-
-def test_the_table_of_growth():
-    """Memory does not grow with the number of queries."""
-    table = [row for row in rows(FIGURES / "growth.csv") if row["against"] == "queries"]
-    for form in ("full", "planned"):
-        peak = {
-            int(row["queries"]): float(row["peak_MB"])
-            for row in table
-            if row["form"] == form
-        }
-        assert set(peak) == {10**k for k in range(3, 8)}
-        assert peak[10**7] < peak[10**5] + 64

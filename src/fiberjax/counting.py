@@ -27,7 +27,7 @@ WEIGHT = {
     "trigonometric": 16,
     "special": 48,
 }
-"""Operations as flops; figures/scenes.py sets them beside times."""
+"""Operations as flops, by a convention near what CPUs take."""
 
 _FREE = {
     "broadcast_in_dim", "reshape", "squeeze", "transpose", "convert_element_type",
