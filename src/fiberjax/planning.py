@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 from functools import cache
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -80,7 +79,7 @@ def plan(scene: Scene) -> Plan:
         ValueError: float64 is not enabled, or the tolerance cannot be met in the dtype
             of the scene; the message has the one that can.
     """
-    if not jax.config.read("jax_enable_x64"):
+    if jnp.result_type(float) != jnp.float64:
         raise ValueError("jax_enable_x64 is False: must be True to plan, not to run")
     asked, again = ask(scene), ask(scene, _ELSEWHERE)
     error = math.inf
