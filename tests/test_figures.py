@@ -34,6 +34,7 @@ NAMES = (
     "speed",
     "stability",
     "tilt",
+    "tutorial",
     "variance",
 )
 OF_REALTIME = ("realtime_front", "realtime_furnace")
@@ -62,6 +63,7 @@ CHANGING = (
     "realtime",
     "speed",
     "stability",
+    "tutorial",
     "variance",
 )
 REPRODUCIBLE = tuple(name for name in NAMES if name not in CHANGING)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import sys
 from dataclasses import replace
 from functools import partial
@@ -249,8 +250,8 @@ def test_what_a_plan_refuses():
         found.sample(fiber, 0.1, np.full(5, 0.5), gradient="none")
 
 
-def test_a_tolerance_that_rounding_hides():
-    """The error says what can be reached, and it can."""
+def test_a_tolerance_that_rounding_hides(tmp_path):
+    """The error says what can be reached, and it can, also where float64 is off."""
     scene = replace(cases.SCENES["R only"], dtype="float32", tolerance=1e-9)
     message = r"tolerance = 1e-09: must be >= (\S+) for this scene in float32"
     with pytest.raises(ValueError, match=message) as refused:
@@ -259,6 +260,19 @@ def test_a_tolerance_that_rounding_hides():
     assert reachable
     found = plan(replace(scene, tolerance=float(reachable[1])))
     assert found.bound <= float(reachable[1]) < 1e-3
+    found.save(tmp_path / "plan.json")
+    script = tmp_path / "float32.py"
+    script.write_text(
+        "import sys, warnings; warnings.simplefilter('error')\n"
+        "import fiberjax as fj\n"
+        "plan = fj.scene.Plan.load(sys.argv[1])\n"
+        "hair = fj.Fiber(1.55, 0.3, 0.3, -0.04, 40.0)\n"
+        "print(plan.evaluate(hair, 0.3, -0.2, 1.0))\n"
+    )
+    run = [sys.executable, script, tmp_path / "plan.json"]
+    text = subprocess.run(run, check=True, capture_output=True, text=True).stdout
+    exact = fj.evaluate(fj.Fiber(1.55, 0.3, 0.3, -0.04, 40.0), 0.3, -0.2, 1.0)
+    assert float(text) == pytest.approx(float(exact), rel=1e-3)
 
 
 @pytest.mark.parametrize("ends", [(0.0, 5.0), (0.0, 1e8), (20.0, 300.0)])
