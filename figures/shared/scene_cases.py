@@ -105,4 +105,5 @@ def achieved(f, scene, fiber, angles):
     wide = jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), (fiber, angles))
     exact = truth(scene)(wide[0], *wide[1])
     peak = jnp.maximum(_peaks(scene, wide[0], wide[1][0]), exact)
-    return float((jnp.abs(f(fiber, *angles) - exact) / peak).max())
+    found = f(fiber, *angles).astype(exact.dtype)
+    return float((jnp.abs(found - exact) / peak).max())

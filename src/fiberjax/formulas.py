@@ -37,7 +37,7 @@ def along(scene: Scene) -> tuple[Along | None, float]:
     least = min(scene.roughness("m", p)[0] for p in (0, 1, 2, None))
     rounding = 8 * float(np.finfo(scene.dtype).eps) / min(least, 1)
     power = math.floor(math.log10(max(tolerance, 1e-300)))
-    if rounding > tolerance / 2 or 10.0**power < 1e-13:
+    if rounding > tolerance / 2 or 10.0**power < 1e-9:
         return None, 0.0
     return Along(*_bessel_range(scene), 10.0**power / 2), tolerance
 
