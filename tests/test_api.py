@@ -279,7 +279,7 @@ def test_bad_input_says_what_is_allowed(case):
 
 FLOORS = (
     {"_types", "counting", "expression", "ranges"},
-    {"bulk", "numerics", "quadrature", "table"},
+    {"bulk", "numerics", "programs", "quadrature", "table"},
     {"bessel", "chunks", "circular", "fresnel", "perceptual", "pigment"},
     {"baking", "spherical"},
     {"along", "compat", "detectors"},

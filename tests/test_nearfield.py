@@ -13,7 +13,8 @@ from mpmath import mp
 from scipy import special
 
 import fiberjax as fj
-from fiberjax import directions, entering, nearfield, perceptual
+from fiberjax import compat, directions, nearfield, perceptual
+from fiberjax.counting import operations
 
 HALF_PI = np.pi / 2
 GRAZING = np.radians(89.9)
@@ -366,5 +367,20 @@ def test_shapes_and_errors():
             call()
 
 
+def test_what_is_None_is_not_compiled():
+    """No cone is turned without a tilt, and nothing is absorbed in clear fibers."""
+    at = (0.3, 0.1, 2.0, 0.4)
+
+    def flops(**fields):
+        fiber = fj.Fiber(**{"sigma_a": 0.3, "alpha": 0.05, **fields})
+        return operations(lambda *x: nearfield.evaluate(fiber, *x), *at)["flop"]
+
+    full, straight, clear = flops(), flops(alpha=None), flops(sigma_a=None)
+    # Four products and two sums turn a cone, of R, TT and TRT.
+    assert straight <= full - 3 * 6
+    # T is a polynomial of 7 terms.
+    assert clear <= full - 3 * 8
+
+
 def test_all_choices_of_compat_have_an_M():
-    assert tuple(entering.LONGITUDINAL) == (None, "pbrt", "mitsuba")
+    assert tuple(compat.LONGITUDINAL) == (None, "pbrt", "mitsuba")

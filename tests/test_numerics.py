@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from fiberjax import bessel, circular, numerics
+from fiberjax import bessel, circular, numerics, programs
 from fiberjax.quadrature import (
     chosen,
     gauss_legendre_unit,
@@ -136,7 +136,7 @@ def test_what_is_stored_has_the_same_derivatives():
         return jnp.sin(k * x) * x
 
     def held(x, k):
-        return numerics.stored(lambda: direct(x, k), k)
+        return programs.stored(lambda: direct(x, k), k)
 
     for order in (0, 1, 2):
         f, g = direct, held
@@ -155,7 +155,7 @@ def test_what_is_kept_apart_has_the_same_derivatives():
         return jnp.sin(k * x) * x, jnp.arange(5)
 
     def held(x, k):
-        return numerics.apart(direct(x, k), x)
+        return programs.apart(direct(x, k), x)
 
     for order in (0, 1, 2):
         f, g = direct, held

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from fiberjax import numerics
 from fiberjax._types import Floats
-from fiberjax.spherical import Inclination
+from fiberjax.spherical import Inclination, M_around, Width
 
 PBRT, MITSUBA = 10, 11
 """Terms of their series of I0."""
@@ -60,3 +60,18 @@ def M_renderers(
     kept = jnp.where(narrow, 0, 1)
     series = jnp.exp(kept * b) * _I0(kept * a, terms) / (jnp.sinh(1 / wide) * 2 * wide)
     return jnp.where(narrow, jnp.exp(jnp.where(narrow, exponent, 0)), series)
+
+
+def _of_renderer(terms: int):
+    def M(cone: Inclination, out: Inclination, of: Width) -> Floats:
+        return M_renderers(cone, out, of.v, terms)
+
+    return M
+
+
+LONGITUDINAL = {
+    None: M_around,
+    "pbrt": _of_renderer(PBRT),
+    "mitsuba": _of_renderer(MITSUBA),
+}
+"""M of a cone, a direction and a width, by the renderer that is stood beside."""

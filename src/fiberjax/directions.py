@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 
-from fiberjax import entering, numerics
+from fiberjax import entering, numerics, programs
 from fiberjax._types import Floats, Reals, broadcastable, choice, last_axis
 from fiberjax.circular import sin_cos
 from fiberjax.fiber import Fiber
@@ -65,7 +65,7 @@ def _shown(out: Inclination, phi: Floats, omega_i: Sequence[Floats]) -> Floats:
     z = numerics.quotient(z, cos_i, otherwise=0.0)
     sin, cos = sin_cos(phi)
     found = [out.sin, out.cos * (y * cos - z * sin), out.cos * (y * sin + z * cos)]
-    return stacked(numerics.apart(found, out.sin))
+    return stacked(programs.apart(found, out.sin))
 
 
 def _places(fiber: Fiber, omega_i, omega_o, h) -> tuple[Fiber, entering.Places]:

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import numerics, programs
 from fiberjax._types import Floats
 from fiberjax.azimuthal import drop_color
 from fiberjax.circular import TURN, wrap
-from fiberjax.compat import MITSUBA, PBRT, M_renderers
+from fiberjax.compat import LONGITUDINAL
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber
 from fiberjax.model import Model, light, portions, positive
@@ -29,7 +29,6 @@ from fiberjax.section import (
 )
 from fiberjax.spherical import (
     Inclination,
-    M_around,
     Width,
     inclination,
     open_unit,
@@ -39,24 +38,10 @@ from fiberjax.spherical import (
 )
 
 
-def _of_renderer(terms: int):
-    def M(cone: Inclination, out: Inclination, of: Width) -> Floats:
-        return M_renderers(cone, out, of.v, terms)
-
-    return M
-
-
-LONGITUDINAL = {
-    None: M_around,
-    "pbrt": _of_renderer(PBRT),
-    "mitsuba": _of_renderer(MITSUBA),
-}
-
-
 class Shape(NamedTuple):
     """What a part takes from the fiber: the turn of its cone and its two widths."""
 
-    tilt: Inclination
+    tilt: Inclination | None
     along: Width
     across: Any
 
@@ -66,7 +51,9 @@ def _shapes(model: Model, fiber: Fiber) -> list[Shape]:
     found, blur = [], DETECTORS[model.detector].width
     for tilt, *betas in (model.shape(fiber, part) for part in model.parts):
         along, across = map(positive, betas)
-        turn = inclination(jnp.zeros_like(along) if tilt is None else tilt)
+        # The rest has no tilt, but is chosen from among those that have.
+        turn = jnp.zeros_like(along) if tilt is None else tilt
+        turn = None if fiber.alpha is None else inclination(turn)
         found.append(Shape(turn, width(along), blur(across)))
     return found
 
@@ -85,7 +72,8 @@ class Entering(NamedTuple):
 
     def cone(self, shape: Shape) -> Inclination:
         """The specular cone of a part, not folded."""
-        return turned(self.mirrored, shape.tilt)
+        tilt = shape.tilt
+        return self.mirrored if tilt is None else turned(self.mirrored, tilt)
 
     def amounts(self) -> list[Floats]:
         """What is left in each part, the mean over colors."""
@@ -98,7 +86,7 @@ def _entering(model: Model, fiber: Fiber, given: Inclination, h: Floats) -> Ente
     section = section_of(given.cos, fiber.eta, fiber.sigma_a)
     one = ray(offset, section)
     angles = offset.gamma, refraction(offset, section)
-    (gamma_i, gamma_t), surface = numerics.apart((angles, one.surface), h)
+    (gamma_i, gamma_t), surface = programs.apart((angles, one.surface), h)
     one = one._replace(surface=surface)
     left = [model.attenuation(part, one) for part in model.parts]
     return Entering(Inclination(-given.sin, given.cos), gamma_i, gamma_t, left)
@@ -116,7 +104,7 @@ def _densities(
             continue
         away = phi + 2 * one.gamma_i - part * (2 * one.gamma_t + jnp.pi)
         found.append(along * density(away, shape.across))
-    return numerics.apart(found, one.gamma_i)
+    return programs.apart(found, one.gamma_i)
 
 
 def _sum(left: list[Light], factors: Sequence[Floats]) -> list[Floats]:
@@ -139,13 +127,13 @@ Places = tuple[tuple[Floats, ...], tuple[Floats, ...]]
 
 def _columns(numbers, vectors) -> tuple[list[Floats], list[tuple[Floats, ...]]]:
     """The numbers, and the vectors as their entries, which are slow to read."""
-    return numbers, numerics.apart([unstacked(x) for x in vectors], numbers[-1])
+    return numbers, programs.apart([unstacked(x) for x in vectors], numbers[-1])
 
 
 def _met(model: Model, compat, seen, fiber: Fiber, places: Places, shapes: list[Shape]):
     """The ray that enters, and M D of each part in the direction that is looked at."""
     (*where, h), vectors = _columns(*places)
-    given, out, phi = numerics.apart(seen(*where, *vectors), h)
+    given, out, phi = programs.apart(seen(*where, *vectors), h)
     one = _entering(model, fiber, given, h)
     return one, _densities(model, compat, shapes, one, out, phi)
 
@@ -157,9 +145,9 @@ def evaluate(model: Model, compat, seen, fiber: Fiber, places: Places) -> Floats
 
     def value(*places):
         one, found = _met(model, compat, seen, fiber, places, shapes)
-        return stacked(numerics.apart(_sum(one.left, found), one.gamma_i))
+        return stacked(programs.apart(_sum(one.left, found), one.gamma_i))
 
-    return drop_color(numerics.in_blocks(value, *places), fiber.sigma_a)
+    return drop_color(programs.in_blocks(value, *places), fiber.sigma_a)
 
 
 @partial(jax.jit, static_argnames=("model", "compat", "seen"))
@@ -171,7 +159,7 @@ def pdf(model: Model, compat, seen, fiber: Fiber, places: Places) -> Floats:
         one, found = _met(model, compat, seen, fiber, places, shapes)
         return reduce(jnp.add, map(jnp.multiply, portions(one.amounts()), found))
 
-    return numerics.in_blocks(value, *places)
+    return programs.in_blocks(value, *places)
 
 
 def _pick(amounts: Sequence[Floats], u: Floats) -> Any:
@@ -206,13 +194,13 @@ def sample(model: Model, compat, gradient, seen, shown, fiber: Fiber, places: Pl
 
     def drawn(*places):
         (*where, h), (*directions, u) = _columns(*places)
-        given = numerics.apart(seen(*where, *directions), h)
+        given = programs.apart(seen(*where, *directions), h)
         one = _entering(model, fiber, given, h)
         out, phi, colors, p = _drawn(model, compat, gradient, shapes, one, u)
         found = shown(out, phi, *where, *directions)
-        return found, stacked(numerics.apart(colors, h)), p
+        return found, stacked(programs.apart(colors, h)), p
 
-    found, colors, p = numerics.in_blocks(drawn, *places)
+    found, colors, p = programs.in_blocks(drawn, *places)
     return found, drop_color(colors, fiber.sigma_a), p
 
 
@@ -226,7 +214,7 @@ def _drawn(model: Model, compat, gradient, shapes: list[Shape], one: Entering, u
     amounts = fixed.amounts()
     _, alive = light(amounts)
     even = [jnp.where(alive, x, 1) for x in amounts]
-    index = numerics.apart(_pick(even, u[0]), one.gamma_i)
+    index = programs.apart(_pick(even, u[0]), one.gamma_i)
     shape = _chosen(shapes, index)
     out = sample_around(one.cone(shape), shape.along, u[1], u[2])
 
@@ -236,14 +224,14 @@ def _drawn(model: Model, compat, gradient, shapes: list[Shape], one: Entering, u
     deviate = DETECTORS[model.detector].quantile(v, shape.across)
     phi = wrap(turn - 2 * one.gamma_i + deviate)
     phi = jnp.where(p == model.tail, TURN * (v - 0.5), phi)
-    out, phi = numerics.apart((out, phi), one.gamma_i)
+    out, phi = programs.apart((out, phi), one.gamma_i)
 
     detached = gradient == "detached"
     if detached:
         out, phi = jax.lax.stop_gradient((out, phi))
     found = _densities(model, compat, shapes, one, out, phi)
     both = _sum(one.left, found), _sum(fixed.left, found)
-    colors, held = numerics.apart(both, one.gamma_i)
+    colors, held = programs.apart(both, one.gamma_i)
     # The density is the mean of what its parts give to each color, over all there is.
     density = reduce(jnp.add, held)
     density = jax.lax.stop_gradient(density) if detached else density

@@ -25,6 +25,7 @@ import jax.numpy as jnp
 from fiberjax import entering, numerics
 from fiberjax._types import Floats, Reals, choice, floats, last_axis
 from fiberjax.auto import DEFAULT
+from fiberjax.compat import LONGITUDINAL
 from fiberjax.fiber import Fiber, cast
 from fiberjax.model import Model
 from fiberjax.sampling import GRADIENTS, Sample
@@ -35,7 +36,7 @@ Lobes = tuple[int, ...]
 
 def near_model(lobes: Lobes, rest: bool, detector: str, compat: Any) -> Model:
     """The static choices; ValueError if one is unknown."""
-    choice("compat", compat, tuple(entering.LONGITUDINAL))
+    choice("compat", compat, tuple(LONGITUDINAL))
     return Model(lobes, rest, DEFAULT, detector, "theta_i")
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import programs
 from fiberjax._types import Floats
 from fiberjax.circular import TURN, wrap
 from fiberjax.detectors import Detector, Pair
@@ -79,7 +79,7 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
         return cases[-1].value(seen)
 
     # Every case reads the factors: none is to compute them anew.
-    factors = numerics.stored(lambda: [x.factor for x in seen], abs(seen[0].beta_n))
+    factors = programs.stored(lambda: [x.factor for x in seen], abs(seen[0].beta_n))
     seen = [x._replace(factor=f) for x, f in zip(seen, factors, strict=True)]
 
     def takes(lobe):
@@ -102,7 +102,7 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
             some = [_only(lobe, taken[lobe.p][k]) for lobe in seen]
             return jnp.broadcast_to(case.value(some), like.shape)
 
-        return numerics.computed_if(jnp.any(anywhere), value, like)
+        return programs.computed_if(jnp.any(anywhere), value, like)
 
     return reduce(jnp.add, [part(k, case) for k, case in enumerate(cases)])
 
@@ -173,7 +173,7 @@ def scattered(
             for lobe, both, turn, light in each
         ]
 
-    sent = numerics.stored(common, section.k)
+    sent = programs.stored(common, section.k)
     each = zip(sent, weights(offset), strict=True)
     lights = [light._replace(common=one).times(1) for one, light in each]
     return tuple(reduce(jnp.add, colors) for colors in zip(*lights, strict=True))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import numerics, programs
 from fiberjax._types import Floats
 from fiberjax.fresnel import Interface, interface
 from fiberjax.path import A, escaping
@@ -147,7 +147,7 @@ def ray(offset: Offset, section: Section) -> Ray:
     if section.sigma_a is None:
         return Ray(surface, None, None)
     where = offset.sin, offset.cos, section.cos, section.k, section.eta
-    length = numerics.stored(lambda: _segment(*where), section.k)
+    length = programs.stored(lambda: _segment(*where), section.k)
     depths = [sigma_a * length for sigma_a in jnp.atleast_1d(section.sigma_a)]
     T, absorbed = zip(*map(numerics.absorption, depths), strict=True)
     return Ray(surface, T, absorbed)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import bessel, numerics
+from fiberjax import bessel, numerics, programs
 from fiberjax._types import Floats, Reals, floats, last_axis
 from fiberjax.circular import sin_cos
 
@@ -87,7 +87,7 @@ def _log_M_derivatives(
     x = 1 / v
     (sin_c, cos_c), (sin_o, cos_o) = cone, out
     a = x * cos_c * cos_o
-    r, rest = numerics.stored(lambda: bessel.ratio(a), v)
+    r, rest = programs.stored(lambda: bessel.ratio(a), v)
     peaked = a > 2
     by_o = jnp.where(
         peaked,

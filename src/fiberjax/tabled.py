@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import numerics
+from fiberjax import programs
 from fiberjax._types import Floats
 from fiberjax.circular import sin_cos
 from fiberjax.model import Attenuations
@@ -91,7 +91,7 @@ class Tabled(Rule):
                 found = rows[..., 0, :]
             return found * factor[..., None]
 
-        return numerics.in_blocks(value, (cos, phi, factor))
+        return programs.in_blocks(value, (cos, phi, factor))
 
 
 def spectrum(values: Floats) -> Floats:

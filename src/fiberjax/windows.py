@@ -7,7 +7,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import programs
 from fiberjax._types import lobe_number
 from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, pieces
@@ -102,7 +102,7 @@ class Windowed(Rule):
                     return weight(offset).common * (share * factor * density)
 
                 light = weight(offset)
-                sent = numerics.stored(common, section.k)
+                sent = programs.stored(common, section.k)
                 return light._replace(common=sent).times(1)
 
             return sum_over(term, offsets_between(delta, *edges), nodes, phi.dtype)
