@@ -186,23 +186,48 @@ def test_white_furnace(beta, at):
     assert abs((weight * value).sum() - 1) < 2e-6 / np.min(beta)
 
 
-@pytest.mark.parametrize(("beta", "sigma_a"), [(0.3, COLORS), (0.06, None)])
-def test_the_far_field_is_the_mean_over_offsets(beta, sigma_a):
-    of = fiber(beta, sigma_a)
-    theta_i, theta_o, phi, _ = angles(4, 12)
-    x, w = np.polynomial.legendre.leggauss(12)
-    edges = np.linspace(-HALF_PI, HALF_PI, 401)
+def offsets(panels):
+    """h and weights of the mean over it, by nodes in gamma."""
+    x, w = np.polynomial.legendre.leggauss(16)
+    edges = np.linspace(-HALF_PI, HALF_PI, panels + 1)
     gamma = (edges[:-1, None] + np.diff(edges)[:, None] * (1 + x) / 2).ravel()
     weight = (np.diff(edges)[:, None] * w / 4).ravel() * np.cos(gamma)
-    columns = [y[:, None] for y in (theta_i, theta_o, phi)]
-    near = nearfield.evaluate(of, *columns, h=np.sin(gamma))
-    near = near if sigma_a else near[..., None]
-    mean = np.einsum("h,ahc->ac", weight, near)
-    far = fj.evaluate(
-        of, theta_i, theta_o, phi, detector="logistic", incidence="theta_i"
-    )
-    far = np.asarray(far).reshape(mean.shape)
-    np.testing.assert_allclose(mean, far, atol=1e-7 * far.max(), rtol=2e-6)
+    return np.sin(gamma), weight
+
+
+@pytest.mark.parametrize(
+    ("lobes", "beta", "sigma_a"),
+    [
+        ((0,), 0.15, 0.4),
+        ((1,), 0.15, 0.4),
+        ((2,), 0.15, 0.4),
+        ((0, 1, 2), 0.15, 0.4),
+        ((0, 1, 2), 0.06, None),
+    ],
+)
+def test_the_far_field_is_the_mean_over_offsets(lobes, beta, sigma_a):
+    """Each lobe and all with the rest, in values and along a step of all parameters.
+
+    Of these fibers the bend of the detector at its seam is below rounding.
+    """
+    given = fiber(beta, sigma_a), *map(jnp.asarray, angles(4, 12)[:3])
+    h, weight = offsets(160)
+    choices: Any = {"lobes": lobes, "rest": len(lobes) > 1, "detector": "logistic"}
+
+    def near(of, *where):
+        columns = [x[..., None] for x in where]
+        return nearfield.evaluate(of, *columns, h=h, **choices) @ weight
+
+    def far(of, *where):
+        rule = fj.GaussGamma(512)
+        return fj.evaluate(of, *where, incidence="theta_i", rule=rule, **choices)
+
+    rng = np.random.default_rng(6)
+    step = jax.tree.map(lambda x: rng.uniform(0.5, 1, np.shape(x)), given)
+    pairs = [jax.jit(partial(jax.jvp, f))(given, step) for f in (near, far)]
+    for mean, exact in zip(*pairs, strict=True):
+        room = 2e-12 * np.abs(exact).max()
+        np.testing.assert_allclose(mean, exact, atol=room, rtol=0)
 
 
 FIELDS = "eta", "beta_m", "beta_n", "alpha", "sigma_a"
@@ -272,6 +297,64 @@ def test_extremes_are_finite_in_values_and_derivatives(dtype):
         assert np.isfinite(found).all()
     values, _ = each(rows)
     assert (np.asarray(values)[:, :3] >= 0).all()
+
+
+AWAY = {
+    "theta_i": (0.0, GRAZING, -HALF_PI),
+    "theta_o": (0.0, -GRAZING, HALF_PI, 1.0),
+    "phi": (0.0, np.pi, -1.0, 7.0),
+    "h": (-1.0, 0.0, 0.999999),
+    "eta": (1.0, 1.0 + 1e-6, 1.55),
+    "beta": (1e-4, 0.01, 1.0, 30.0),
+    "sigma_a": (0.0, 1e3),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(
+    "choices", [{}, {"detector": "normal"}, {"compat": "pbrt"}, {"compat": "mitsuba"}]
+)
+def test_extremes_away_from_the_lobes_are_finite(choices, dtype):
+    """In values and derivatives, wherever the direction scattered into lies."""
+    rows = np.array(list(product(*AWAY.values())), dtype)
+
+    def numbers(row):
+        *at, eta, beta, sigma_a = row
+        of = fj.Fiber(eta, beta, beta, 0.03, sigma_a)
+        both = (f(of, *at, **choices) for f in (nearfield.evaluate, nearfield.pdf))
+        return jnp.stack(list(both))
+
+    each = jax.jit(jax.vmap(lambda row: (numbers(row), jax.jacrev(numbers)(row))))
+    values, derivatives = each(rows)
+    assert values.dtype == derivatives.dtype == dtype
+    assert np.isfinite(values).all()
+    assert np.isfinite(derivatives).all()
+    assert (np.asarray(values) >= 0).all()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("detector", ["logistic", "normal"])
+def test_the_ends_of_u_draw_finite_directions(detector, dtype):
+    """In values and derivatives, and none of them is lost."""
+    ends = dtype(0), np.nextafter(dtype(1), dtype(0))
+    u = np.array(list(product((*ends, dtype(0.5)), repeat=4)))
+    corners = product((-1.2, GRAZING), (0.0, 0.99), (1e-3, 0.3, 2.0))
+    rows = np.array([(*a, *b) for a in corners for b in u], dtype)
+
+    def numbers(row):
+        theta_i, h, beta, *u = row
+        of = fj.Fiber(1.55, beta, beta, 0.03, 0.2)
+        drawn = nearfield.sample(of, theta_i, h, jnp.stack(u), detector=detector)
+        return jnp.stack([drawn.theta_o, drawn.phi, drawn.weight])
+
+    each = jax.jit(jax.vmap(lambda row: (numbers(row), jax.jacfwd(numbers)(row))))
+    values, derivatives = each(rows)
+    assert values.dtype == derivatives.dtype == dtype
+    assert np.isfinite(values).all()
+    assert np.isfinite(derivatives).all()
+    theta_o, _, weight = np.asarray(values).T
+    assert (np.abs(theta_o) <= HALF_PI).all()
+    assert (weight > 0).all()
 
 
 def pbrt_M(cos_i, cos_o, sin_i, sin_o, v, terms):
