@@ -37,9 +37,10 @@ format: .venv/installed
 # Two at a time, the longest first; what is measured and emitted follows from them.
 TIERS := fine medium light
 MEASURED := fits/quality.py fits/shaders.py
-ALONE := $(filter-out fits/tiers.py $(MEASURED),$(sort $(wildcard fits/*.py)))
+LONG := fits/karis.py fits/tail.py
+SHORT := $(filter-out fits/tiers.py $(LONG) $(MEASURED),$(sort $(wildcard fits/*.py)))
 fits: .venv/installed
-	@{ printf 'fits/tiers.py --tiers %s\n' $(TIERS); printf '%s\n' $(ALONE); } \
+	@{ printf 'fits/tiers.py --tiers %s\n' $(TIERS); printf '%s\n' $(LONG) $(SHORT); } \
 	  | xargs -L 1 -P 2 $(BIN)/python
 	@for script in $(MEASURED); do $(BIN)/python $$script || exit 1; done
 

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import stats
 
 import fiberjax as fj
 from fiberjax import exponential, realtime, shading
@@ -287,6 +288,41 @@ def test_a_fit_finds_constants_it_was_given():
     _, error = tiers.solved(residuals, start, at, 200)
     before = float(jnp.linalg.norm(residuals(start, at)))
     assert error < 0.02 < before
+
+
+def test_columns_are_those_of_the_jacobian():
+    def f(x, a, b):
+        return jnp.stack([jnp.sin(a * x.sum()), x[0] * x[1] * b])
+
+    def both(y, f):
+        return f(y[:2], 2.0, 3.0) ** 2 + y[2]
+
+    y = jnp.asarray([0.3, -0.4, 1.1])
+
+    def shortened(x, *given):
+        return weighed.by_columns(f, x, given)
+
+    found = jax.jacfwd(both)(y, shortened)
+    np.testing.assert_allclose(found, jax.jacfwd(both)(y, f), rtol=1e-14)
+
+
+@pytest.mark.parametrize("center", [-1.5, 0.0, 0.7])
+def test_a_cut_normal_density_is_that_of_scipy(center):
+    around = samples.Around(center, 0.3, -np.pi / 2, np.pi / 2)
+    ends = (np.array([around.low, around.high]) - center) / 0.3
+    exact = stats.truncnorm(*ends, center, 0.3)
+    u = np.linspace(0, 1, 101)
+    x = around.ppf(u)
+    np.testing.assert_allclose(x, exact.ppf(u), atol=1e-12)
+    np.testing.assert_allclose(around.pdf(x), exact.pdf(x), rtol=1e-11)
+
+
+def test_starts_end_when_enough_agree(monkeypatch):
+    """And go on while the best stands alone."""
+    errors = iter([1.0, 0.5, 0.501, 2.0, 0.5, 0.1])
+    monkeypatch.setattr(tiers, "solved", lambda *_: ({}, next(errors)))
+    found = tiers.ranked(None, [{"R": k} for k in range(6)], None, 1)
+    assert [error for _, error in found] == [0.5, 0.5, 0.501, 1.0, 2.0]
 
 
 def test_a_fit_that_fails_says_so(monkeypatch):

@@ -11,10 +11,10 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.01262 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.01891; 0.01115 on fibers that
-// nothing was fitted to, at most 0.01321. Furnace, the same beta and beta_n .05,
-// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02471, 0.005488
+// R + TT + TRT is off by 0.01274 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.01871; 0.01129 on fibers that
+// nothing was fitted to, at most 0.0131. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02422, 0.004408
 // below max(1, exact) at the most.
 // hair_bsdf_hoisted takes 12 special operations (exp, rsqrt, ...) and 133
 // others in the code of a GPU, sm_86, a fused multiply-add as one; 12 and
@@ -95,20 +95,20 @@ HairConstants hair_constants(HairMaterial material) {
     float n = clamp(material.beta_n, 0.05, 0.49);
     float n2 = n * n;
     float b = 4.0 * n2;
-    float t_r = 0.5795086 + 0.08189466 * b;
-    float beta_n = n - 0.007850412;
+    float t_r = 0.6017584 + 0.07309606 * b;
+    float beta_n = n - 0.0153138;
     float beta_n2 = beta_n * beta_n;
     hair.kT = 1.00001 + t_r * t_r * beta_n2;
-    hair.kP = 1.00001 + 1.2697482 * beta_n2;
+    hair.kP = 1.00001 + 1.3429981 * beta_n2;
     float width = min(material.beta_m, 0.8);
-    float over_v = max(1.0 / (width * width) - 0.005917674, 1e-05);
+    float over_v = max(1.0 / (width * width) - 0.007540583, 1e-05);
     float t_r_2 = cos_tilt * over_v;
-    hair.slope_r = 2.29701 * t_r_2;
-    hair.slope_r_2 = 6.277528 * t_r_2;
+    hair.slope_r = 2.186708 * t_r_2;
+    hair.slope_r_2 = 5.943374 * t_r_2;
     float m = clamp(material.beta_m, 0.09, 0.49);
     float m4 = 4.0 * (m * m);
-    hair.slope_r_3 = (4.614109 - 0.3889932 * (m4 * m4)) * t_r_2;
-    hair.offset = 0.2697037 * m4;
+    hair.slope_r_3 = (4.372583 - 0.2665544 * (m4 * m4)) * t_r_2;
+    hair.offset = 0.1786116 * m4;
     float t_tt = clamp(-material.alpha, -1.2, 1.2);
     float cos_tilt_tt = cos(t_tt);
     hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
@@ -117,9 +117,9 @@ HairConstants hair_constants(HairMaterial material) {
     float m_tt = clamp(2.0 * t_2, 0.09, 0.49);
     float m4_tt = 4.0 * (m_tt * m_tt);
     float e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    float t_tt_2 = 0.4396182 - 0.1170789 * m4_tt - 0.01056449 * b + 0.005512732 * e;
+    float t_tt_2 = 0.4382912 - 0.117294 * m4_tt - 0.009070312 * b + 0.004933279 * e;
     hair.k_near_tt = t_tt_2 * t_tt_2 + 1e-05;
-    float t_tt_3 = -0.1283475 * m4_tt - 0.01833169 + 0.006837561 * b;
+    float t_tt_3 = -0.1279653 * m4_tt - 0.01864075 + 0.006703448 * b;
     hair.flat_tt = t_tt_3 * t_tt_3 + 1e-05;
     float t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     float cos_tilt_trt = cos(t_trt);
@@ -128,18 +128,18 @@ HairConstants hair_constants(HairMaterial material) {
     float t_3 = 2.0 * material.beta_m;
     float m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     float m4_trt = 4.0 * (m_trt * m_trt);
-    float t_trt_2 = 0.1945672 - 0.06982152 * m4_trt - 0.0249188 * b;
+    float t_trt_2 = 0.1939587 - 0.07401789 * m4_trt - 0.02703052 * b;
     hair.k_near_trt = t_trt_2 * t_trt_2 + 1e-05;
-    float t_trt_3 = 0.07691289 + 0.4421957 * m4_trt - 0.005561792 * b;
+    float t_trt_3 = 0.077828 + 0.4417325 * m4_trt - 0.00729938 * b;
     hair.flat_trt = t_trt_3 * t_trt_3 + 1e-05;
     float scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_x = 1.442695 * (0.2470547 * b - 2.023896 + 0.03700953 * e);
-    hair.k_u_r = 0.06302438 * b;
-    hair.k_q_r = 1.442695 * (0.2484877 * b - 0.000321661 * e * b);
-    hair.k_PP = 1.442695 * (0.01002634 - 0.006063678 * e);
-    hair.k_P = 1.442695 * (0.2871238 - 0.1445222 * b + 0.0670517 * e);
-    float k_1 = 1.442695 * (0.1471017 * b - 1.727477 - 0.01076271 * e * b);
+    hair.k_x = 1.442695 * (0.256034 * b - 2.017676 + 0.03864857 * e);
+    hair.k_u_r = 0.06332091 * b;
+    hair.k_q_r = 1.442695 * (0.2597434 * b + 0.0007512834 * e * b);
+    hair.k_PP = 1.442695 * (0.008412818 - 0.005968049 * e);
+    hair.k_P = 1.442695 * (0.3185775 - 0.1497972 * b + 0.0660756 * e);
+    float k_1 = 1.442695 * (0.1563079 * b - 1.755694 - 0.0111137 * e * b);
     float t_r_3 = sin(0.5 * t);
     float less = 2.0 * (t_r_3 * t_r_3);
     float k_tilt = -(scale * less);
@@ -148,33 +148,33 @@ HairConstants hair_constants(HairMaterial material) {
     float width_tt = min(t_2, 0.4);
     float over_v_tt = 1.0 / (width_tt * width_tt);
     float scale_tt = 1.442695
-        * (over_v_tt - 0.4283617 + m4_tt * (2.530858 - 2.092063 * m4_tt));
+        * (over_v_tt - 0.06534987 + m4_tt * (1.310679 - 1.201182 * m4_tt));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.09543684 - 0.06478382 * m4_tt);
-    hair.k_uqq = 1.442695 * (0.146061 * b - 0.05560903);
+    hair.k_qqq = 1.442695 * (0.09524043 - 0.0642452 * m4_tt);
+    hair.k_uqq = 1.442695 * (0.2084884 * b - 0.0957345);
     hair.k_uuq = 1.442695
-        * (b * (3.912274 - 2.059276 * b) - 2.026243 + 0.005719695 * (e * e));
-    hair.k_uuuq = 1.442695 * (b * (1.964385 - 1.076578 * b) - 0.8796664);
-    hair.k_uuu = 1.442695 * (b * (2.040718 - 1.211855 * b) - 1.272328);
+        * (b * (5.363374 - 3.297061 * b) - 2.257772 + 0.00298675 * (e * e));
+    hair.k_uuuq = 1.442695 * (b * (2.663674 - 1.676239 * b) - 0.9926218);
+    hair.k_uuu = 1.442695 * (b * (2.51516 - 1.606123 * b) - 1.342992);
     vec3 t_r_4 = min(material.sigma_a, vec3(1.15));
     hair.k_qq_tt = 1.442695
-        * (0.06540268 * m4_tt - 0.2346678 + 0.1422927 * b + 0.01162089 * e
-        - 0.07772095 * t_r_4);
+        * (0.06492387 * m4_tt - 0.2678655 + 0.1934113 * b + 0.01352864 * e
+        - 0.07923795 * t_r_4);
     hair.k_q_tt = 1.442695
-        * (0.7037316 * t_r_4 - 1.406942
-        + b * (1.602277 - 0.6449768 * b - 0.2726668 * t_r_4)
-        + e * (0.2979114 - 0.1625881 * b - 0.0170338 * e - 0.1582594 * t_r_4));
+        * (0.7090942 * t_r_4 - 1.41714
+        + b * (1.730483 - 0.7682498 * b - 0.2882335 * t_r_4)
+        + e * (0.300334 - 0.1689692 * b - 0.01617636 * e - 0.1629821 * t_r_4));
     hair.k_uq_tt = 1.442695
-        * (0.3598916 * t_r_4 - 2.919562
-        + b * (3.661349 - 1.632932 * b - 0.2839531 * t_r_4)
-        + e * (0.3305548 - 0.165744 * b - 0.1134917 * t_r_4));
+        * (0.3667718 * t_r_4 - 3.047676
+        + b * (4.538025 - 2.393476 * b - 0.3045219 * t_r_4)
+        + e * (0.3346942 - 0.1748693 * b - 0.1185562 * t_r_4));
     hair.k_uu_tt = 1.442695
-        * (-0.3311291 * t_r_4 - 3.130415
-        + b * (4.506592 - 2.572142 * b + 0.5699995 * t_r_4)
-        + e * (0.0610519 + 0.02445542 * t_r_4));
+        * (-0.3267265 * t_r_4 - 3.211989
+        + b * (5.192021 - 3.15773 * b + 0.5459505 * t_r_4)
+        + e * (0.04043003 + 0.02430389 * t_r_4));
     hair.k_u_tt = 1.442695
-        * (e * (0.4810667 - 0.2713661 * b - 0.0607481 * e) - 4.632871
-        + b * (4.263073 - 2.101929 * b + 0.514823 * t_r_4));
+        * (e * (0.4502206 - 0.2630834 * b - 0.06434709 * e) - 4.606019
+        + b * (4.350914 - 2.210998 * b + 0.501876 * t_r_4));
     float t_tt_4 = sin(0.5 * t_tt);
     float less_tt = 2.0 * (t_tt_4 * t_tt_4);
     hair.k_tilt_tt = -(scale_tt * less_tt);
@@ -182,22 +182,22 @@ HairConstants hair_constants(HairMaterial material) {
     vec3 t_tt_5 = material.sigma_a - t_r_4;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.314536 - 0.243788 * b - 0.0540458 * e) - 3.468002
-        - 1.904719 * t_r_4 + b * (1.535772 + b * (-0.005081812 * t_r_4 - 0.684537))
+        * (e * (0.3035179 - 0.2376098 * b - 0.05597931 * e) - 3.433535
+        - 1.906685 * t_r_4 + b * (1.420673 + b * (0.0006708669 * t_r_4 - 0.606049))
         - 2.0 * t_tt_5));
     float width_trt = min(t_3, 1.6);
     float over_v_trt = 1.0 / (width_trt * width_trt);
-    float scale_trt = 1.442695 * (over_v_trt - 0.2197464 + 0.5334085 * m4_trt);
+    float scale_trt = 1.442695 * (over_v_trt - 0.1961854 + 0.5045181 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     float r = 1.0 / (1.0 + 20.0 * n2);
-    hair.k_qq_trt = 1.442695 * (-0.5027286 * r - 0.6043915);
+    hair.k_qq_trt = 1.442695 * (-0.4985431 * r - 0.625858);
     hair.k_q_trt = 1.442695
-        * (0.6766885 * m4_trt - 0.1516209 - 1.072285 * r - 1.009986 * b
-        + 0.2270408 * e);
-    hair.k_uq_trt = 1.442695 * (5.20089 + 4.876989 * r - 3.58327 * b);
-    hair.k_uu_trt = 1.442695 * (0.1059534 * r - 1.238991 + 0.6469104 * b);
+        * (0.6957086 * m4_trt - 0.2058231 - 1.041772 * r - 0.9759425 * b
+        + 0.2290829 * e);
+    hair.k_uq_trt = 1.442695 * (4.993034 + 5.135995 * r - 3.415897 * b);
+    hair.k_uu_trt = 1.442695 * (0.02992862 * r - 1.172227 + 0.5700534 * b);
     hair.k_u_trt = 1.442695
-        * (4.242497 + r * (6.044214 - 1.074879 * r) - 2.424301 * b - 0.2955647 * e);
+        * (4.42495 + r * (5.261144 - 0.3832038 * r) - 2.507941 * b - 0.2983156 * e);
     float t_trt_4 = sin(0.5 * t_trt);
     float less_trt = 2.0 * (t_trt_4 * t_trt_4);
     hair.k_tilt_trt = -(scale_trt * less_trt);
@@ -205,22 +205,23 @@ HairConstants hair_constants(HairMaterial material) {
     vec3 t_trt_5 = -4.0 * t_tt_5;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.7968398 * m4_trt - 2.936562 + r * (0.9568584 - 0.8503967 * r)
-        - 0.5643704 * b + 0.1323583 * e - 4.856318 * t_r_4 + t_trt_5));
-    float scale_trt_2 = 1.442695 * (over_v_trt + 0.1589149 - 0.5809225 * m4_trt);
+        * (0.7978148 * m4_trt - 2.734613 + r * (0.4200682 - 0.5133688 * r)
+        - 0.6961393 * b + 0.1343156 * e - 4.857742 * t_r_4 + t_trt_5));
+    float scale_trt_2 = 1.442695 * (over_v_trt + 0.1425912 - 0.5628533 * m4_trt);
     hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
-    hair.k_qq_trt_2 = 1.442695 * (-1.769346 * r - 0.5725835);
+    hair.k_qq_trt_2 = 1.442695 * (-1.693087 * r - 0.6009472);
     hair.k_q_trt_2 = 1.442695
-        * (1.790454 - 0.06148194 * r + e * (0.05805872 + 0.8539056 * r));
-    hair.k_uq_trt_2 = 1.442695 * (2.768116 + r * (2.370767 - 116.293 * r));
+        * (1.792829 - 0.06572044 * r + e * (0.07298669 + 0.8157013 * r));
+    hair.k_uq_trt_2 = 1.442695 * (3.848412 + r * (-101.454 * r - 7.036817));
     hair.k_uu_trt_2 = 1.442695
-        * (r * (199.9868 - 567.9435 * r) - 17.89926 - 1.208133 * e);
+        * (r * (77.05823 - 389.5832 * r) - 2.121577 - 1.134145 * e);
     hair.k_u_trt_2 = 1.442695
-        * (r * (11.5163 + 75.27749 * r) - 0.1893976 + e * (30.26086 * r - 5.49619));
+        * (0.1070641 + r * (9.287317 + 76.6344 * r) + e * (28.79121 * r - 5.040272));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.346944 * t_r_4 - 4.495041 + r * (2.18128 - 0.235132 * t_r_4) + t_trt_5));
+        * (-3.355913 * t_r_4 - 4.484998 + r * (2.171451 - 0.2273984 * t_r_4)
+        + t_trt_5));
     return hair;
 }
 
@@ -245,8 +246,8 @@ float hair_R(HairConstants hair, float sin_i, float sin_o, float cos_i, float co
     float P = Y * (cos_phi + hair.kP);
     float t = abs(a);
     float square_size = T_2
-        * max(max(1.01974 + hair.slope_r * t, hair.slope_r_2 * t - 1.776015),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.093156256 * P);
+        * max(max(0.9634861 + hair.slope_r * t, hair.slope_r_2 * t - 1.688922),
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.18138851 * P);
     return T_2 * inversesqrt(square_size)
         * exp2(hair.k_1 + hair.k_square_r * square + hair.k_x * sqrt(max(P, 0.0))
         + hair.k_u_r * cos_phi + hair.k_q_r * q + P * (hair.k_P + hair.k_PP * P));

@@ -13,10 +13,10 @@
 // L points towards the light, V towards the eye, T along the fiber: unit vectors.
 // hair_bsdf returns what one light adds per unit of its irradiance across L, per
 // steradian: S cos(theta). Do not multiply by the cosine of an inclination again.
-// R + TT + TRT is off by 0.01576 of S, relative L2 over both directions, mean over
-// four colors and beta = .09, .25, .49, at most 0.02181; 0.01409 on fibers that
-// nothing was fitted to, at most 0.01861. Furnace, the same beta and beta_n .05,
-// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02444, 0.00227
+// R + TT + TRT is off by 0.01585 of S, relative L2 over both directions, mean over
+// four colors and beta = .09, .25, .49, at most 0.0222; 0.01435 on fibers that
+// nothing was fitted to, at most 0.01857. Furnace, the same beta and beta_n .05,
+// eta 1.55, tilts to 2.5 degrees: albedo off by at most 0.02418, 0.002257
 // below max(1, exact) at the most.
 // The rest itself is off by 0.06291 in L2, mean over fibers that nothing was
 // fitted to, at most 0.1361; its albedo by at most 0.01166 to 89 degrees.
@@ -101,19 +101,19 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.tan_tilt_r = sin(t) / cos_tilt;
     hair.tan_tilt_r_2 = 2.0 * hair.tan_tilt_r;
     let n = clamp(material.beta_n, 0.05, 0.49);
-    let beta_n = n - 0.0173189;
+    let beta_n = n - 0.0205258;
     let beta_n2 = beta_n * beta_n;
-    hair.kT = 1.00001 + 0.3349415 * beta_n2;
-    hair.kP = 1.00001 + 1.0899028 * beta_n2;
+    hair.kT = 1.00001 + 0.3389224 * beta_n2;
+    hair.kP = 1.00001 + 1.1115127 * beta_n2;
     let width = min(material.beta_m, 0.8);
-    let over_v = max(1.0 / (width * width) - 0.07616329, 1e-05);
+    let over_v = max(1.0 / (width * width) - 0.07406055, 1e-05);
     let t_r = cos_tilt * over_v;
-    hair.slope_r = 2.660041 * t_r;
-    hair.slope_r_2 = 7.117943 * t_r;
-    hair.slope_r_3 = 5.271912 * t_r;
+    hair.slope_r = 2.479576 * t_r;
+    hair.slope_r_2 = 6.644261 * t_r;
+    hair.slope_r_3 = 4.912695 * t_r;
     let n2 = n * n;
     let b = 4.0 * n2;
-    hair.offset = 0.1389833 * b;
+    hair.offset = 0.1217689 * b;
     let t_tt = clamp(-material.alpha, -1.2, 1.2);
     let cos_tilt_tt = cos(t_tt);
     hair.tan_tilt_tt = sin(t_tt) / cos_tilt_tt;
@@ -122,9 +122,9 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let m = clamp(2.0 * t_2, 0.09, 0.49);
     let m4 = 4.0 * (m * m);
     let e = 10.0 * (clamp(material.eta, 1.45, 1.65) - 1.55);
-    let t_tt_2 = 0.4441722 - 0.1121949 * m4 - 0.006187551 * b + 0.009473056 * e;
+    let t_tt_2 = 0.4434343 - 0.111523 * m4 - 0.006888913 * b + 0.008872306 * e;
     hair.k_near_tt = t_tt_2 * t_tt_2 + 1e-05;
-    let t_tt_3 = -0.129688 * m4 - 0.02019231 + 0.01268285 * b;
+    let t_tt_3 = -0.1287957 * m4 - 0.02019158 + 0.01223142 * b;
     hair.flat_tt = t_tt_3 * t_tt_3 + 1e-05;
     let t_trt = clamp(-4.0 * material.alpha, -1.2, 1.2);
     let cos_tilt_trt = cos(t_trt);
@@ -133,9 +133,9 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_3 = 2.0 * material.beta_m;
     let m_trt = clamp(0.5 * t_3, 0.09, 0.49);
     let m4_trt = 4.0 * (m_trt * m_trt);
-    let t_trt_2 = 0.1875739 - 0.06498642 * m4_trt - 0.02644084 * b;
+    let t_trt_2 = 0.1867956 - 0.05503049 * m4_trt - 0.02959522 * b;
     hair.k_near_trt = t_trt_2 * t_trt_2 + 1e-05;
-    let t_trt_3 = 0.08106777 + 0.4253028 * m4_trt - 0.00411927 * b;
+    let t_trt_3 = 0.08087018 + 0.4255175 * m4_trt - 0.003712502 * b;
     hair.flat_trt = t_trt_3 * t_trt_3 + 1e-05;
     let z = 10.0 * ((material.eta - 1.0) / (material.eta + 1.0) - 0.21568628);
     hair.q1 = exp2(1.1893578 * z - 0.48315856);
@@ -147,40 +147,40 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     hair.o = exp2(1.442695 * (-1.501 * u + 1.514) * u - 0.25247163);
     let scale = 1.442695 * over_v;
     hair.k_square_r = -0.5 * scale * cos_tilt;
-    hair.k_x = 1.442695 * (0.2930459 * b - 2.024604 + 0.06234046 * e);
+    hair.k_x = 1.442695 * (0.2984501 * b - 2.021713 + 0.06319123 * e);
     let m_r = clamp(material.beta_m, 0.09, 0.49);
     let m4_r = 4.0 * (m_r * m_r);
-    hair.k_q_r = 1.442695 * (-0.01198142 * m4_r + 0.08932354 * b);
-    hair.k_P = 1.442695 * (0.4204781 - 0.1136672 * b + 0.02057377 * e);
+    hair.k_q_r = 1.442695 * (-0.01208819 * m4_r + 0.09100375 * b);
+    hair.k_P = 1.442695 * (0.4198494 - 0.1162923 * b + 0.02075545 * e);
     let t_r_2 = sin(0.5 * t);
     let less = 2.0 * (t_r_2 * t_r_2);
     let k_tilt = -(scale * less);
     let log_peak = 1.442695 * log(over_v);
-    hair.k_tilt_r = k_tilt - 2.3976884 + log_peak;
+    hair.k_tilt_r = k_tilt - 2.4488204 + log_peak;
     let width_tt = min(t_2, 0.4);
     let over_v_tt = 1.0 / (width_tt * width_tt);
     let scale_tt = 1.442695
-        * (over_v_tt + 0.05266014 + m4 * (0.496194 - 0.5549781 * m4));
+        * (over_v_tt + 0.2900098 + m4 * (0.08298741 * m4 - 0.3644677));
     hair.k_square_tt = -0.5 * scale_tt * cos_tilt_tt;
-    hair.k_qqq = 1.442695 * (0.0922647 - 0.06907443 * m4);
+    hair.k_qqq = 1.442695 * (0.09014673 - 0.06762194 * m4);
     hair.k_qq_tt = 1.442695
-        * (0.06856834 * m4 - 0.1924537 + 0.03103102 * b + 0.008251579 * e);
-    hair.k_uuq = 1.442695 * (b * (1.230316 + 0.3213326 * b) - 1.786389);
-    hair.k_uuuq = 1.442695 * (0.7728875 * b - 0.781182);
-    hair.k_uuu = 1.442695 * (0.5783162 * b - 1.045047);
-    hair.k_uu_tt = 1.442695 * (1.65753 * b - 2.778309 + 0.09121322 * e);
+        * (0.06762423 * m4 - 0.1914799 + 0.03052772 * b + 0.009556286 * e);
+    hair.k_uuq = 1.442695 * (b * (1.350912 + 0.3180433 * b) - 1.763141);
+    hair.k_uuuq = 1.442695 * (0.8618829 * b - 0.7812372);
+    hair.k_uuu = 1.442695 * (0.7430493 * b - 1.121523);
+    hair.k_uu_tt = 1.442695 * (1.852892 * b - 2.854842 + 0.06063455 * e);
     let t_r_3 = min(material.sigma_a, vec3f(1.15));
     hair.k_q_tt = 1.442695
-        * (0.7416239 * t_r_3 - 1.411358
-        + b * (1.29948 - 0.3164097 * b - 0.2773488 * t_r_3)
-        + e * (0.2877992 - 0.143763 * b - 0.1522802 * t_r_3));
+        * (0.7440799 * t_r_3 - 1.39126
+        + b * (1.265408 - 0.3048647 * b - 0.2734982 * t_r_3)
+        + e * (0.2907126 - 0.1546793 * b - 0.1573552 * t_r_3));
     hair.k_uq_tt = 1.442695
-        * (0.4448393 * t_r_3 - 2.786405 + b * (1.876892 - 0.2738975 * t_r_3)
-        + e * (0.3155175 - 0.141261 * b - 0.1077507 * t_r_3));
+        * (0.4485309 * t_r_3 - 2.745285 + b * (1.883986 - 0.27125 * t_r_3)
+        + e * (0.3203763 - 0.1555511 * b - 0.1144651 * t_r_3));
     hair.k_u_tt = 1.442695
-        * (0.4772516 * t_r_3 - 4.537704
-        + b * (2.680925 - 0.4644547 * b - 0.3763931 * t_r_3)
-        + e * (0.5249351 - 0.2724013 * b - 0.02871551 * e - 0.02299291 * t_r_3));
+        * (0.4663015 * t_r_3 - 4.498648
+        + b * (2.523504 - 0.3121293 * b - 0.3580836 * t_r_3)
+        + e * (0.4790315 - 0.2609635 * b - 0.02791481 * e - 0.02240395 * t_r_3));
     let t_tt_4 = sin(0.5 * t_tt);
     let less_tt = 2.0 * (t_tt_4 * t_tt_4);
     hair.k_tilt_tt = -(scale_tt * less_tt);
@@ -188,21 +188,22 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_tt_5 = material.sigma_a - t_r_3;
     hair.K_tt = peak
         * exp2(1.442695
-        * (e * (0.3301181 - 0.2409462 * b - 0.03262938 * e) - 3.4901
-        - 1.769108 * t_r_3 + b * (1.340663 - 0.412975 * b - 0.3136846 * t_r_3)
+        * (e * (0.3139358 - 0.2314467 * b - 0.03093946 * e) - 3.452938
+        - 1.778172 * t_r_3 + b * (1.178658 - 0.2899257 * b - 0.2985957 * t_r_3)
         - 2.0 * t_tt_5));
     let width_trt = min(t_3, 1.6);
     let over_v_trt = 1.0 / (width_trt * width_trt);
-    let scale_trt = 1.442695 * (over_v_trt - 0.2075388 + 0.5123832 * m4_trt);
+    let scale_trt = 1.442695 * (over_v_trt - 0.190339 + 0.4972761 * m4_trt);
     hair.k_square_trt = -0.5 * scale_trt * cos_tilt_trt;
     let r = 1.0 / (1.0 + 20.0 * n2);
-    hair.k_qq_trt = 1.442695 * (-0.5196805 * r - 0.6336828);
+    hair.k_qq_trt = 1.442695 * (-0.5981865 * r - 0.6026376);
     hair.k_q_trt = 1.442695
-        * (0.7010012 * m4_trt - 0.1599284 - 1.148954 * r - 1.07226 * b + 0.224619 * e);
-    hair.k_uq_trt = 1.442695 * (4.966842 + 4.833144 * r - 3.152224 * b);
-    hair.k_uu_trt = 1.442695 * (0.2383778 * r - 1.318363 + 0.7119805 * b);
+        * (0.6978724 * m4_trt - 0.1515231 - 1.205935 * r - 1.046235 * b
+        + 0.2241366 * e);
+    hair.k_uq_trt = 1.442695 * (4.713267 + 5.298569 * r - 2.961158 * b);
+    hair.k_uu_trt = 1.442695 * (0.07792014 * r - 1.236247 + 0.6349294 * b);
     hair.k_u_trt = 1.442695
-        * (4.826408 + r * (3.856972 + 0.3907177 * r) - 2.576558 * b - 0.2594113 * e);
+        * (4.595517 + r * (4.210609 + 0.4042384 * r) - 2.401818 * b - 0.2685503 * e);
     let t_trt_4 = sin(0.5 * t_trt);
     let less_trt = 2.0 * (t_trt_4 * t_trt_4);
     hair.k_tilt_trt = -(scale_trt * less_trt);
@@ -210,22 +211,22 @@ fn hair_constants(material: HairMaterial) -> HairConstants {
     let t_trt_5 = -4.0 * t_tt_5;
     hair.K_trt = peak_trt
         * exp2(1.442695
-        * (0.7975683 * m4_trt - 2.859699 + r * (0.7132258 - 0.6973677 * r)
-        - 0.6478227 * b + 0.1337273 * e - 4.876438 * t_r_3 + t_trt_5));
-    let scale_trt_2 = 1.442695 * (over_v_trt + 0.1189921 - 0.5238097 * m4_trt);
+        * (0.7980537 * m4_trt - 2.725732 + r * (0.3433343 - 0.4642799 * r)
+        - 0.725753 * b + 0.1351 * e - 4.879442 * t_r_3 + t_trt_5));
+    let scale_trt_2 = 1.442695 * (over_v_trt + 0.1387644 - 0.5524011 * m4_trt);
     hair.k_square_trt_2 = -0.5 * scale_trt_2 * cos_tilt_trt;
-    hair.k_qq_trt_2 = 1.442695 * (-1.772293 * r - 0.544887);
+    hair.k_qq_trt_2 = 1.442695 * (-1.729379 * r - 0.5519602);
     hair.k_q_trt_2 = 1.442695
-        * (1.727565 - 0.001429565 * r + e * (0.04984926 + 0.8601981 * r));
-    hair.k_uq_trt_2 = 1.442695 * (2.131292 + r * (5.027881 - 115.7801 * r));
+        * (1.710138 + 0.01862562 * r + e * (0.06993582 + 0.808273 * r));
+    hair.k_uq_trt_2 = 1.442695 * (2.638281 + r * (0.25671 - 106.7057 * r));
     hair.k_uu_trt_2 = 1.442695
-        * (r * (190.5256 - 546.8654 * r) - 16.98222 - 0.7933235 * e);
+        * (r * (86.46951 - 392.1968 * r) - 3.66291 - 0.9493295 * e);
     hair.k_u_trt_2 = 1.442695
-        * (r * (12.0479 + 72.93129 * r) - 0.1836476 + e * (29.58494 * r - 5.273264));
+        * (1.014084 + r * (3.745145 + 80.9385 * r) + e * (28.06481 * r - 4.929277));
     hair.k_tilt_trt_2 = -(scale_trt_2 * less_trt);
     hair.K_trt_2 = peak_trt
         * exp2(1.442695
-        * (-3.394507 * t_r_3 - 4.402579 + r * (2.081444 - 0.1838043 * t_r_3)
+        * (-3.386338 * t_r_3 - 4.414324 + r * (2.106199 - 0.1991565 * t_r_3)
         + t_trt_5));
     let t_rest = tanh(1.0 / v);
     let level = 0.07957747 * (1.0 + t_rest) * exp2(1.1606481 * z - 4.408876)
@@ -262,8 +263,8 @@ fn hair_R(hair: HairConstants, sin_i: f32, sin_o: f32, cos_i: f32, cos_o: f32,
     let P = Y * (cos_phi + hair.kP);
     let t = abs(a);
     let square_size = T_2
-        * max(max(1.160044 + hair.slope_r * t, hair.slope_r_2 * t - 1.97498),
-        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.44706354 * P);
+        * max(max(1.081118 + hair.slope_r * t, hair.slope_r_2 * t - 1.861939),
+        hair.offset + hair.slope_r_3 * t) * (1.0 + 0.45443386 * P);
     return T_2 * inverseSqrt(square_size)
         * exp2(hair.k_tilt_r + hair.k_square_r * square
         + hair.k_x * sqrt(max(P, 0.0)) + hair.k_q_r * q + hair.k_P * P);

@@ -1,5 +1,6 @@
 """What a fit of a tier makes least: weighted errors of its lobes, and of their sum."""
 
+from functools import partial
 from typing import Any
 
 import jax
@@ -23,13 +24,32 @@ def lobes(k: Any, at: Samples, which: tuple[int, ...] = LOBES) -> list[Any]:
     shape = at.exact.shape[2:]
 
     def one(p):
-        def of(hair, directions):
-            found = exponential.lobe(p, k, hair, directions)
-            return jnp.broadcast_to(found, shape)
+        own, unravel = ravel_pytree(k[exponential.NAMES[p]])
 
-        return jax.vmap(of)(at.hair, at.at)
+        def of(own, hair, directions):
+            k = {exponential.NAMES[p]: unravel(own)}
+            return jnp.broadcast_to(exponential.lobe(p, k, hair, directions), shape)
+
+        return by_columns(jax.vmap(of, (None, 0, 0)), own, (at.hair, at.at))
 
     return [one(p) for p in which]
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def by_columns(f: Any, x: Any, given: Any) -> Any:
+    """f(x, *given) of a vector x, whose tangents are products with its Jacobian.
+
+    A Jacobian with respect to more than x then has no other columns of f. There are
+    no derivatives in what is given.
+    """
+    return f(x, *given)
+
+
+@by_columns.defjvp
+def _(f, primals, tangents):
+    x, given = primals
+    found, tangent = jax.linearize(lambda x: f(x, *given), x)
+    return found, jnp.tensordot(tangents[0], jax.vmap(tangent)(jnp.eye(len(x))), 1)
 
 
 def _scale(at: Samples, square: Any) -> Any:
