@@ -31,6 +31,7 @@ NAMES = (
     "nearfield_speed",
     "nodes",
     "realtime",
+    "scenes",
     "speed",
     "stability",
     "tilt",
@@ -49,6 +50,7 @@ TABLES = (
     "nodes",
     *OF_REALTIME,
     "realtime_slides",
+    "scenes",
     "speed",
     "stability",
     "variance",
@@ -61,6 +63,7 @@ CHANGING = (
     "nearfield_speed",
     "nodes",
     "realtime",
+    "scenes",
     "speed",
     "stability",
     "tutorial",
@@ -504,6 +507,39 @@ def test_nearfield_speed_without_mitsuba_says_so(tmp_path, monkeypatch, capsys):
     speed.main(["--output", str(tmp_path)])
     assert "LLVM back end does not run here" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_the_table_of_scenes():
+    """Every scene keeps its promise; the README has the ratios of times."""
+    table = rows(FIGURES / "scenes.csv")
+    scenes = script("scenes")
+    names = tuple(scenes.scene_cases.SCENES)
+    times = {(row["scene"], row["form"]): float(row["ns_per_value"]) for row in table}
+    assert {name for name, _ in times} == set(names)
+    assert {name for name, form in times if form == "by hand"} == set(
+        scenes.by_hand.NODES
+    )
+    for row in table:
+        assert float(row["achieved"]) < float(row["promised"])
+    text = " ".join((FIGURES.parent / "README.md").read_text().split())
+    for slow, which in (("full", names), ("by hand", tuple(scenes.by_hand.NODES))):
+        ratios = (times[name, slow] / times[name, "planned"] for name in which)
+        pairs = zip(which, ratios, strict=True)
+        assert ", ".join(f"{name} {ratio:.2g}" for name, ratio in pairs) in text
+
+
+def test_programs_by_hand_keep_the_promise():
+    """They do the same work: on a fiber that plans have not seen."""
+    scenes = script("scenes")
+    for name in scenes.by_hand.NODES:
+        scene = scenes.scene_cases.SCENES[name]
+        fiber, angles = scenes.scene_cases.inside(scene, 64, 9)
+
+        def value(*at, name=name):
+            return scenes.by_hand.evaluate(name, *at)
+
+        error = scenes.scene_cases.achieved(value, scene, fiber, angles)
+        assert error < scene.tolerance
 
 
 @pytest.mark.parametrize("name", PNGS)

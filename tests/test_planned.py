@@ -27,9 +27,8 @@ def model(*rules):
     return Model((0, 1, 2), True, ByLobe(given, NODES), "normal", "theta_d")
 
 
-@pytest.mark.parametrize("rule", [NODES, TABLE], ids=["nodes", "table"])
-def test_rules_by_lobe_have_all_digits(rule):
-    """Values, and derivatives in the fiber and in the angles."""
+def has_all_digits(rule, angles):
+    """Values and derivatives of rules by lobe against the full model."""
 
     def both(f):
         def total(fiber, *angles):
@@ -37,13 +36,19 @@ def test_rules_by_lobe_have_all_digits(rule):
             return (value**2).sum(), value
 
         gradient = jax.grad(total, argnums=(0, 1, 2, 3), has_aux=True)
-        return jax.jit(gradient)(HAIR, *ANGLES)
+        return jax.jit(gradient)(HAIR, *angles)
 
     slopes, value = both(lambda *x: evaluate_model(model(*[rule] * 4), *x))
     exactly, exact = both(fj.evaluate)
     np.testing.assert_allclose(value, exact, rtol=0, atol=5e-13 * float(exact.max()))
     for a, b in zip(jax.tree.leaves(slopes), jax.tree.leaves(exactly), strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-11 * float(jnp.abs(b).max()))
+
+
+@pytest.mark.parametrize("rule", [NODES, TABLE], ids=["nodes", "table"])
+def test_rules_by_lobe_have_all_digits(rule):
+    """Values, and derivatives in the fiber and in the angles."""
+    has_all_digits(rule, ANGLES)
 
 
 def test_a_table_of_a_part_of_the_range():
@@ -53,6 +58,11 @@ def test_a_table_of_a_part_of_the_range():
     found = evaluate_model(model(*[narrow] * 4), HAIR, theta_i, theta_o, phi)
     exact = fj.evaluate(HAIR, theta_i, theta_o, phi)
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12 * float(exact.max()))
+
+
+def test_a_table_on_a_grid():
+    """Many phi share the polynomials of their cosine, in reverse mode too."""
+    has_all_digits(TABLE, (0.4, ANGLES[1][:32, None], ANGLES[2][:64]))
 
 
 def test_few_directions_or_many_fibers_take_the_other_rule():

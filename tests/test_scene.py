@@ -106,6 +106,19 @@ def test_what_is_left_out_is_not_compiled(name):
     assert cost(after) < cost(before) / (3 if name != "reference" else 1)
 
 
+def test_choices_are_made_by_cost():
+    """What is chosen takes fewer operations than the nodes it stands in for."""
+    found = planned("black hair")
+    tables = by_lobe(found.model)
+    assert any(isinstance(r, Tabled) for _, r in tables.rules)
+    rules = tuple(
+        (p, r.otherwise if isinstance(r, Tabled) else r) for p, r in tables.rules
+    )
+    nodes = replace(found.model, rule=replace(tables, rules=rules))
+    by_nodes = cost(counted(partial(evaluate_model, nodes), found.scene))
+    assert cost(counted(found.evaluate, found.scene)) < by_nodes / 2
+
+
 def test_absorption_and_tilt_are_not_compiled():
     """By nodes, where the optics are in every term."""
 

@@ -25,17 +25,22 @@ _NARROW = 0.1
 _FIRST, _STRIDE = ORDERS.index(12), 5
 """Where a search begins, and how it goes on: many nodes take long to measure."""
 
+_NODE, _ENTRY, _READ = 200.0, 2.0, 60.0
+"""Flops of a node, of an entry of a table and of reading one, near what `operations`
+counts: 59 to 266 for a node, by the lobe, the detector and absorption."""
+
 _RAY = 1.0
 """Operations of a ray at a node, which its lobes share, over those of a lobe."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A rule for one part, the bound of its error, and what to say of it."""
+    """A rule for one part, the bound of its error, what to say of it, and its cost."""
 
     rule: Rule
     bound: float
     said: str
+    flops: float = math.inf
 
 
 def predicted(scene: Scene, lobe: int, tolerance: float) -> float:
@@ -79,8 +84,8 @@ class Search:
         return ORDERS[low], float(self.errors(low)[which])
 
 
-def _planned(scene: Scene, lobe: int | None, order: int) -> Planned:
-    if lobe is None or lobe == TAIL:
+def _planned(scene: Scene, lobe: int, order: int) -> Planned:
+    if lobe == TAIL:
         return Planned(order)
     low, high = scene.roughness("n", lobe)
     tolerance = density_tolerance(scene, lobe)
@@ -139,25 +144,38 @@ def _table(asked: Asked, part: int, errors, search: Search, allowed) -> Choice |
         return None
     j, k = (int(x) for x in np.unravel_index(best, fits.shape))
     rule = Tabled(found[0], j, k, *cosines(scene), _planned(scene, part, found[0]))
+    flops = _ENTRY * float(entries[j, k]) + _READ
     said = f"table, {j + 1} x {k + 1}"
-    return Choice(rule, float(fits[j, k]) + found[1], said)
+    return Choice(rule, float(fits[j, k]) + found[1], said, flops)
+
+
+def _nodes(scene: Scene, part: int, search: Search, allowed: float) -> Choice | None:
+    """The fewest nodes of a part; None if none will do."""
+    found = search.least(part, allowed)
+    if found is None:
+        return None
+    order, bound = found
+    rule = _planned(scene, part, order)
+    return Choice(rule, bound, f"{order} nodes", _NODE * order)
 
 
 def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> Choice:
-    """The rule of a part: closed form, table, nodes, windows, or a choice made late."""
+    """The rule of a part, the cheapest that meets what is allowed.
+
+    Closed form, table or nodes, by their flops; windows, or a choice made when running,
+    where roughness is too small for those.
+    """
     scene = asked.scene
     if closed is not None and part < 2 and closed[part] <= allowed:
         return Choice(Closed(8), float(closed[part]), "closed form")
     lobe = None if part == TAIL else part
     if lobe is not None and predicted(scene, lobe, allowed) > 2 * ORDERS[-1]:
         return _narrow(scene, lobe, allowed)
+    nodes = _nodes(scene, part, search, allowed)
     table = _table(asked, part, tables(), search, allowed)
-    if table is not None:
-        return table
-    found = search.least(part, allowed)
-    if found is not None:
-        order, bound = found
-        return Choice(_planned(scene, lobe, order), bound, f"{order} nodes")
+    both = [choice for choice in (nodes, table) if choice is not None]
+    if both:
+        return min(both, key=lambda choice: choice.flops)
     if lobe is None:
         raise unreachable(scene, search.errors(len(ORDERS) - 1)[part])
     return _narrow(scene, lobe, allowed)

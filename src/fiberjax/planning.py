@@ -62,12 +62,12 @@ def plan(scene: Scene) -> Plan:
     """The smallest evaluator of a scene that meets its tolerance.
 
     Parts whose share of S and of the albedo is small enough are left out, the weakest
-    first; each of the others gets the cheapest of a closed form, nodes, windows and
-    `auto` that meets its part of the tolerance. Bounds are `MARGIN` times the largest
-    error on a sample of 64 fibers, the corners of the ranges and points between, of 6
-    theta_i, 16 theta_o and 40 phi each, against the full model in float64; those of
-    formulas are a priori. They add up to less than the tolerance, and the plan is
-    held against the full model on a second sample.
+    first; each of the others gets the cheapest of a closed form, a table, nodes,
+    windows and `auto` that meets its part of the tolerance. Bounds are `MARGIN` times
+    the largest error on a sample of 64 fibers, the corners of the ranges and points
+    between, of 6 theta_i, 16 theta_o and 40 phi each, against the full model in
+    float64; those of formulas are a priori. They add up to less than the tolerance, and
+    the plan is held against the full model on a second sample.
 
     Args:
         scene: what will be asked for.

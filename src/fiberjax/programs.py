@@ -11,7 +11,8 @@ from jaxtyping import Array
 
 from fiberjax._types import Floats
 
-_BLOCK = 4096
+_BLOCK = 4032
+"""Not a power of two: its columns would share the sets of a cache."""
 
 
 def computed_if(condition: Array, value: Callable[[], Floats], like: Any) -> Floats:

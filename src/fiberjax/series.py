@@ -38,7 +38,7 @@ def many_phi(seen: Sequence[Seen], phi: Floats, section: Section) -> bool:
     return full >= _SHARED * each
 
 
-def _synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
+def synthesis(waves: Floats, coefficients: Floats, shape: tuple[int, ...]) -> Floats:
     """sum_k waves[k] coefficients[k], with a trailing color axis and `shape` before.
 
     An axis that only one of the two has makes this a product of matrices.
@@ -163,7 +163,7 @@ def series(
             total = total + padded(moment, 1) * weight
         n = wave_numbers(k, phi)
         waves = sin_cos(n * phi)[1] * jnp.where(n == 0, 1, jnp.where(n > terms, 0, 2))
-        return _synthesis(waves, jnp.asarray(total), like.shape[:-1]) / TURN
+        return synthesis(waves, jnp.asarray(total), like.shape[:-1]) / TURN
 
     @partial(jax.checkpoint, prevent_cse=False)
     def step(total, k):

@@ -14,8 +14,8 @@ from fiberjax.circular import sin_cos
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import gauss_legendre_unit
 from fiberjax.rules import Rule, whole_shape
-from fiberjax.section import section_of
-from fiberjax.series import series_of
+from fiberjax.section import section_of, stacked
+from fiberjax.series import many_phi, series_of, synthesis
 
 _EXACT = jax.lax.Precision.HIGHEST
 _MANY = 16
@@ -57,14 +57,15 @@ class Tabled(Rule):
             return self.otherwise.convolve(seen, weights, phi, section, detector)
         here = section_of(self._cosines(phi.dtype), section.eta, section.sigma_a)
         nodes = gauss_legendre_unit(self.order)
+        read = self._on_grid if many_phi(seen, phi, section) else self._at_each
 
-        def read(k, lobe):
+        def one_lobe(k, lobe):
             light = weights.only([k]).at(here)
             terms = 0 if lobe.p is None else self.terms
             table = spectrum(series_of(lobe, light, here, nodes, terms))
-            return self._read(table, section.cos, phi, lobe.factor)
+            return read(table, section.cos, phi, lobe.factor)
 
-        total = reduce(jnp.add, [read(k, lobe) for k, lobe in enumerate(seen)])
+        total = reduce(jnp.add, [one_lobe(k, lobe) for k, lobe in enumerate(seen)])
         return jnp.broadcast_to(total, (*shape, total.shape[-1]))
 
     def _cosines(self, dtype) -> Floats:
@@ -74,22 +75,34 @@ class Tabled(Rule):
         half = (self.high - self.low) / 2
         return jnp.asarray(np.clip(self.low + half * (1 + at), 0, 1), dtype)
 
-    def _read(self, table: Floats, cos: Floats, phi: Floats, factor: Floats) -> Floats:
-        """The table at directions, times a factor, with a trailing color axis."""
+    def _polynomials(self, cos: Floats) -> Floats:
+        """T_0 to T_degree at |cos theta_d|, on a first axis."""
+        x = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
+        return jnp.stack(polynomials(x, self.degree + 1))
+
+    def _on_grid(self, table: Floats, cos: Floats, phi: Floats, factor: Floats):
+        """The table times a factor, with colors last, where many phi share a cosine."""
+        at = self._polynomials(cos)
+        rows = jnp.einsum("k...,kwc->w...c", at, table, precision=_EXACT)
+        waves = jnp.stack(polynomials(sin_cos(phi)[1], table.shape[1]))
+        shape = jnp.broadcast_shapes(cos.shape, phi.shape, factor.shape)
+        return synthesis(waves, rows * factor[..., None], shape)
+
+    def _at_each(self, table: Floats, cos: Floats, phi: Floats, factor: Floats):
+        """The same at directions of any kind."""
         count, waves, colors = table.shape
-        flat = table.reshape(count, -1)
+        flat = table.reshape(count, -1).T
 
         def value(at, _):
             cos, phi, factor = at
-            s = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
-            rows = jnp.matmul(polynomials(s, count), flat, precision=_EXACT)
-            rows = rows.reshape(*s.shape, waves, colors)
-            if waves > 1:
-                ripple = polynomials(sin_cos(phi)[1], waves)
-                found = (ripple[..., None] * rows).sum(-2)
-            else:
-                found = rows[..., 0, :]
-            return found * factor[..., None]
+            # Directions last: they are what is summed side by side.
+            rows = jnp.tensordot(flat, self._polynomials(cos), 1, precision=_EXACT)
+            ripple = polynomials(sin_cos(phi)[1], waves)
+            each = [
+                reduce(jnp.add, map(jnp.multiply, ripple, rows[color::colors]))
+                for color in range(colors)
+            ]
+            return stacked([factor * one for one in each])
 
         return programs.in_blocks(value, (cos, phi, factor))
 
@@ -105,9 +118,9 @@ def spectrum(values: Floats) -> Floats:
     return found.reshape(values.shape)
 
 
-def polynomials(x: Floats, count: int) -> Floats:
-    """T_0 to T_(count - 1) of x, on a last axis."""
+def polynomials(x: Floats, count: int) -> list[Floats]:
+    """T_0 to T_(count - 1) of x."""
     found = [jnp.ones_like(x), x]
     for _ in range(count - 2):
         found.append(2 * x * found[-1] - found[-2])
-    return jnp.stack(found[:count], -1)
+    return found[:count]
