@@ -9,9 +9,9 @@ Norm: root mean square over fibers and colors of the relative L2 over both direc
 beside it the error of the albedo at every theta_i, that of TRT alone, and what a clear
 fiber scatters of more than 1.
 
-Each lobe is fitted from several starts, until three come as near as the best; all
-together from the best of each and from places around it, on few points, and from the
-best of these on many. A second start has to come as near as the best, every time.
+Each lobe is fitted from several starts, all together from the best of each and from
+places around it, on few points, and from the best of these on many. Starts end when
+three come within 3 % of the best; a second has to, every time.
 Written: the constants, to src/fiberjax/data, and what is known of the fits, to
 fits/constants.
 """
@@ -82,8 +82,9 @@ def solved(
 ) -> Any:
     """The nearest optimum; the root of its sum of squares, infinite if not finite.
 
-    From near it, constants have units in which they change the residuals alike: steps
-    are held back alike in all directions, and half as many will do.
+    With `near`, for a start near an optimum, constants have units in which they change
+    the residuals alike, so that steps are held back alike in all directions. It ends
+    once no constant moves by more than `NEAR` of such a unit and of itself.
     """
     first, unravel = ravel_pytree(start)
     value = unravel(_solve(residuals, unravel, first, at, max_steps, near))
@@ -118,7 +119,8 @@ def ranked(
         progress(f"{', '.join(start)}: start {len(found) + 1} of {len(starts)}")
         found.append(solved(residuals, start, at, steps, near))
         least = min(error for _, error in found)
-        if sum(error <= AGREE * least for _, error in found) == ENOUGH:
+        agree = sum(error <= AGREE * least for _, error in found)
+        if np.isfinite(least) and agree == ENOUGH:
             break
     return sorted(found, key=lambda one: one[1])
 

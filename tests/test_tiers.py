@@ -18,6 +18,7 @@ from scipy import stats
 import fiberjax as fj
 from fiberjax import exponential, realtime, shading
 from fiberjax.approximation import FitError
+from fiberjax.counting import operations
 
 FITS = Path(__file__).parents[1] / "fits"
 sys.path.insert(0, str(FITS))
@@ -306,11 +307,58 @@ def test_columns_are_those_of_the_jacobian():
     np.testing.assert_allclose(found, jax.jacfwd(both)(y, f), rtol=1e-14)
 
 
-@pytest.mark.parametrize("center", [-1.5, 0.0, 0.7])
-def test_a_cut_normal_density_is_that_of_scipy(center):
-    around = samples.Around(center, 0.3, -np.pi / 2, np.pi / 2)
-    ends = (np.array([around.low, around.high]) - center) / 0.3
-    exact = stats.truncnorm(*ends, center, 0.3)
+def test_a_jacobian_has_no_columns_of_other_lobes():
+    """Of 4 constants of 40 a lobe has 4 columns, and products for the others."""
+    at = jnp.linspace(0.1, 1, 1000)
+
+    def wave(x, at):
+        y = x[0] * at
+        for _ in range(20):
+            y = x[1] * y * y + x[2] * y + x[3] * at
+        return y
+
+    def flops(one):
+        def f(y):
+            return jnp.stack([one(y[4 * k : 4 * k + 4]) for k in range(10)])
+
+        return operations(jax.jacfwd(f), jnp.linspace(0.1, 1, 40))["flop"]
+
+    shortened = flops(lambda x: weighed.by_columns(wave, x, (at,)))
+    assert shortened < flops(lambda x: wave(x, at)) / 5
+
+
+def test_units_do_not_matter_near_an_optimum():
+    """Constants of all sizes are found alike, and one that does nothing stays."""
+    slopes = RNG.standard_normal((30, 4)) * np.array([1, 1e-3, 1e3, 0])
+    truth = np.array([1.0, 1000, 1e-3, 2])
+    target = slopes @ truth + 0.1 * RNG.standard_normal(30)
+    exact = np.linalg.lstsq(slopes[:, :3], target)[0]
+
+    def residuals(k, at):
+        return jnp.asarray(slopes) @ k["R"] - at
+
+    start = {"R": jnp.asarray(truth * 1.3)}
+    value, error = tiers.solved(residuals, start, jnp.asarray(target), 64, near=True)
+    np.testing.assert_allclose(value["R"][:3], exact, rtol=2e-3)
+    assert value["R"][3] == pytest.approx(2.6)
+    least = np.linalg.norm(slopes[:, :3] @ exact - target)
+    assert error == pytest.approx(least, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("center", "width", "low", "high"),
+    [
+        (-1.5, 0.3, -np.pi / 2, np.pi / 2),
+        (0.7, 0.0585, -np.pi / 2, np.pi / 2),
+        (np.pi, 0.16, 0, np.pi),
+        (0.0, 0.7, 0, np.pi),
+    ],
+)
+def test_a_cut_normal_density_is_that_of_scipy(center, width, low, high):
+    around = samples.Around(center, width, low, high)
+    exact: Any = stats.truncnorm(
+        (low - center) / width, (high - center) / width, center, width
+    )
     u = np.linspace(0, 1, 101)
     x = around.ppf(u)
     np.testing.assert_allclose(x, exact.ppf(u), atol=1e-12)
@@ -319,10 +367,11 @@ def test_a_cut_normal_density_is_that_of_scipy(center):
 
 def test_starts_end_when_enough_agree(monkeypatch):
     """And go on while the best stands alone."""
-    errors = iter([1.0, 0.5, 0.501, 2.0, 0.5, 0.1])
+    infinite = [np.inf] * 3
+    errors = iter([*infinite, 1.0, 0.5, 0.501, 2.0, 0.5, 0.1])
     monkeypatch.setattr(tiers, "solved", lambda *_: ({}, next(errors)))
-    found = tiers.ranked(None, [{"R": k} for k in range(6)], None, 1)
-    assert [error for _, error in found] == [0.5, 0.5, 0.501, 1.0, 2.0]
+    found = tiers.ranked(None, [{"R": k} for k in range(9)], None, 1)
+    assert [error for _, error in found] == [0.5, 0.5, 0.501, 1.0, 2.0, *infinite]
 
 
 def test_a_fit_that_fails_says_so(monkeypatch):
