@@ -599,7 +599,7 @@ def test_shaders_run_and_agree_with_jax(device, tier, language, tmp_path):
     assert error <= 1
     # A second look is rare, the more so away from poles and from opposite directions.
     assert len(again) <= 0.014 * len(found)
-    assert np.isin(again % 10, (0, 8, 9)).sum() <= 3
+    assert np.isin(again % 10, (0, 8, 9)).sum() <= 4
 
 
 @every
