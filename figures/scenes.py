@@ -3,12 +3,12 @@
 One fiber of each scene, in three colors where there is absorption, at 2^15 directions
 drawn from its ranges; for "one theta_i" a grid of 64 theta_o by 512 phi. "full" is
 fiberjax.evaluate as it comes, "planned" what fiberjax.scene.plan makes of the scene,
-"by hand" a short program for that scene alone (shared/by_hand.py). (a) Time of a value,
-and how many times less it takes when planned. (b) Operations of a value in one color,
-as flops: a root or quotient counts as 4, an exponential, logarithm or trigonometric
-function as 16, I0 as 48; for "full" with the nodes or windows of the fiber in the scene
-that takes most. (c) The largest error over the peak, on three other fibers, and what
-was promised.
+"by hand" a short program for that scene alone (shared/by_hand.py), each as one compiled
+program. (a) Time of a value, and how many times less it takes when planned. (b)
+Operations of a value in one color, as flops: a root or quotient counts as 4, an
+exponential, logarithm or trigonometric function as 16, I0 as 48; for "full" with the
+nodes or windows of the fiber in the scene that takes most. (c) The largest error over
+the peak, on three other fibers, and what was promised.
 
 Times are medians on one machine and differ from run to run; the calls take turns.
 """
@@ -96,9 +96,8 @@ def measure():
         fiber, angles = places(name, scene)
         for form, f in forms(name, scene, found).items():
             progress(f"{name}, {form}")
-            calls[name, form] = lambda f=f, fiber=fiber, angles=angles: f(
-                fiber, *angles
-            )
+            whole = jax.jit(f)
+            calls[name, form] = partial(whole, fiber, *angles)
             jax.block_until_ready(calls[name, form]())
             # What `auto` decides when running cannot be counted.
             static = partial(evaluate_model, baseline(scene)) if form == "full" else f

@@ -278,7 +278,7 @@ def test_bad_input_says_what_is_allowed(case):
 
 
 FLOORS = (
-    {"_types", "counting", "expression", "ranges"},
+    {"_types", "counting", "expression", "orders", "ranges"},
     {"bulk", "numerics", "programs", "quadrature", "table"},
     {"bessel", "chunks", "circular", "fresnel", "perceptual", "pigment"},
     {"baking", "spherical"},
@@ -287,7 +287,7 @@ FLOORS = (
     {"section"},
     {"crossings"},
     {"rules", "roots"},
-    {"graded", "orders", "textbook"},
+    {"graded", "textbook"},
     {"series", "windows"},
     {"auto"},
     {"azimuthal"},
@@ -298,7 +298,7 @@ FLOORS = (
     {"entering", "planned", "probes"},
     {"measured"},
     {"asking", "formulas"},
-    {"choices"},
+    {"choices", "sharing"},
     {"expenses"},
     {"plans"},
     {"planning"},

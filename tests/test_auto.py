@@ -2,7 +2,7 @@
 
 import csv
 import math
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -203,3 +203,32 @@ def test_the_model_of_the_orders():
         ratios.append(taken / float(row["needed"]))
     assert min(ratios) > 0.95
     assert np.mean(np.array(ratios) < 1) < 0.01
+
+
+CLEAR = (0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.05, 0.3, 3.0)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-4])
+def test_averages_hold_however_little_is_absorbed(tolerance):
+    """The rest changes at grazing over a distance that sigma_a sets."""
+    theta_i = jnp.array([0.0, 0.5, 1.2, 1.5, 1.569])
+
+    def both(rule):
+        def albedo(sigma_a, eta):
+            hair = fj.Fiber(eta, 0.3, 0.3, -0.035, sigma_a)
+            return fj.albedo(hair, theta_i, rule=rule)
+
+        def value(sigma_a, eta):
+            by = partial(albedo, eta=eta)
+            return jax.jvp(by, (sigma_a,), (jnp.ones_like(sigma_a),))
+
+        return jax.jit(value)
+
+    some, many = both(fj.auto(tolerance)), both(fj.GaussGamma(400))
+    for eta in (1.05, 1.55, 3.0):
+        for clear in CLEAR:
+            colors = jnp.array([clear, 2 * clear, 40 * clear])
+            for found, exact in zip(some(colors, eta), many(colors, eta), strict=True):
+                scale = float(jnp.abs(exact).max())
+                bound = scale * max(tolerance, 1e-14)
+                np.testing.assert_allclose(found, exact, rtol=0, atol=bound)

@@ -1,6 +1,7 @@
 """The rules of plans, each against the rule that has all digits."""
 
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -11,23 +12,39 @@ import fiberjax as fj
 from fiberjax.farfield import evaluate_model
 from fiberjax.model import Model
 from fiberjax.planned import ByLobe, Closed, Planned, as_data, from_data
-from fiberjax.tabled import Tabled, spectrum
+from fiberjax.tabled import Span, Tabled, spectrum
 
 HAIR = fj.Fiber(1.55, 0.2, 0.3, -0.03, (0.3, 1.2))
 NODES = Planned(64, 1e-16, 0.3, 0.3, 40)
-TABLE = Tabled(64, 63, 40, 0.0, 1.0, NODES)
+
+
+def table(degree, low, high):
+    """Tables of all parts, for cosines of a range."""
+    spans = (*(Span(p, 64, degree, 40) for p in (0, 1, 2)), Span(None, 64, degree, 0))
+    return Tabled(spans, low, high, NODES)
+
+
+TABLE = table(63, 0.0, 1.0)
 ANGLES = tuple(
     np.random.default_rng(0).uniform(low, high, 2048)
     for low, high in ((-1.5, 1.5), (-1.5, 1.5), (-7, 7))
 )
 
 
-def model(*rules):
-    given = tuple(((p,), rule) for p, rule in zip((0, 1, 2, None), rules, strict=True))
-    return Model((0, 1, 2), True, ByLobe(given, NODES), "normal", "theta_d")
+PARTS = (0, 1, 2, None)
+TOGETHER = ((PARTS, TABLE),)
 
 
-def has_all_digits(rule, angles):
+def apart(rule):
+    """A rule for every lobe by itself."""
+    return tuple(((p,), rule) for p in PARTS)
+
+
+def model(rules, incidence="theta_d"):
+    return Model((0, 1, 2), True, ByLobe(rules, NODES), "normal", incidence)
+
+
+def has_all_digits(rules, angles, incidence="theta_d"):
     """Values and derivatives of rules by lobe against the full model."""
 
     def both(f):
@@ -38,37 +55,42 @@ def has_all_digits(rule, angles):
         gradient = jax.grad(total, argnums=(0, 1, 2, 3), has_aux=True)
         return jax.jit(gradient)(HAIR, *angles)
 
-    slopes, value = both(lambda *x: evaluate_model(model(*[rule] * 4), *x))
-    exactly, exact = both(fj.evaluate)
+    slopes, value = both(lambda *x: evaluate_model(model(rules, incidence), *x))
+    exactly, exact = both(partial(fj.evaluate, incidence=incidence))
     np.testing.assert_allclose(value, exact, rtol=0, atol=5e-13 * float(exact.max()))
     for a, b in zip(jax.tree.leaves(slopes), jax.tree.leaves(exactly), strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-11 * float(jnp.abs(b).max()))
 
 
-@pytest.mark.parametrize("rule", [NODES, TABLE], ids=["nodes", "table"])
-def test_rules_by_lobe_have_all_digits(rule):
+RULES = {"nodes": apart(NODES), "table": apart(TABLE), "together": TOGETHER}
+
+
+@pytest.mark.parametrize("rules", RULES.values(), ids=RULES)
+def test_rules_by_lobe_have_all_digits(rules):
     """Values, and derivatives in the fiber and in the angles."""
-    has_all_digits(rule, ANGLES)
+    has_all_digits(rules, ANGLES)
 
 
 def test_a_table_of_a_part_of_the_range():
     """Only cosines of its range are asked for, and fewer polynomials will do."""
-    narrow = replace(TABLE, degree=24, low=0.7, high=1.0)
+    narrow = table(24, 0.7, 1.0)
     theta_i, theta_o, phi = (x * 0.5 for x in ANGLES)
-    found = evaluate_model(model(*[narrow] * 4), HAIR, theta_i, theta_o, phi)
+    found = evaluate_model(model(apart(narrow)), HAIR, theta_i, theta_o, phi)
     exact = fj.evaluate(HAIR, theta_i, theta_o, phi)
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12 * float(exact.max()))
 
 
-def test_a_table_on_a_grid():
+@pytest.mark.parametrize("incidence", ["theta_d", "theta_i"])
+def test_a_table_on_a_grid(incidence):
     """Many phi share the polynomials of their cosine, in reverse mode too."""
-    has_all_digits(TABLE, (0.4, ANGLES[1][:32, None], ANGLES[2][:64]))
+    grid = 0.4, ANGLES[1][:32, None], ANGLES[2][:64]
+    has_all_digits(TOGETHER, grid, incidence)
 
 
 def test_few_directions_or_many_fibers_take_the_other_rule():
     few = [x[:8] for x in ANGLES]
-    found = evaluate_model(model(*[TABLE] * 4), HAIR, *few)
-    expected = evaluate_model(model(*[NODES] * 4), HAIR, *few)
+    found = evaluate_model(model(apart(TABLE)), HAIR, *few)
+    expected = evaluate_model(model(apart(NODES)), HAIR, *few)
     np.testing.assert_array_equal(found, expected)
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from fiberjax._types import Floats
 from fiberjax.detectors import Detector
-from fiberjax.graded import GaussGamma, grading, highest
-from fiberjax.orders import needed, turning
-from fiberjax.quadrature import TOGETHER, chosen, gauss_legendre_unit
+from fiberjax.graded import GaussGamma, grading, highest, layer
+from fiberjax.orders import REST, averaged, needed, turning
+from fiberjax.quadrature import TOGETHER, Nodes, chosen, gauss_legendre_unit
 from fiberjax.rules import (
     Case,
     Rule,
@@ -41,9 +41,6 @@ _WIDE = 0.1
 _SMALLEST = 1e-6
 """The smallest scale of `grading`."""
 
-_REST = 3
-"""All other lobes together are as smooth in h as this one."""
-
 _STEP = 1.08
 """Between the orders that can be chosen when running."""
 
@@ -57,32 +54,28 @@ class _Graded(GaussGamma):
     s_max: float = math.inf
 
     def need(
-        self, seen: Sequence[Seen], section: Section, detector: Detector | None
+        self, seen: Sequence[Seen], section: Section, detector: Detector
     ) -> Floats:
         """The number of nodes that lobes take, for the largest |theta_d| of all."""
         eta, delta = section.eta, grading(section, highest(seen))
         cos = jnp.min(section.cos)
-        needs = [needed(0.0, delta, _REST, self.digits, jnp)]
-        for lobe in seen:
-            if detector and lobe.p is not None:
-                band = detector.bandwidth(self.tolerance) / lobe.beta_n
-                turns = band * turning(lobe.p, cos, eta, delta, jnp)
-                needs.append(needed(turns, delta, lobe.p, self.digits, jnp))
-        # What is uniform in azimuth, and averages, have no p of their own.
-        lobes = seen and all(lobe.p is not None for lobe in seen)
-        return reduce(jnp.maximum, needs[1:] if lobes else needs)
+
+        def of(lobe):
+            band = detector.bandwidth(self.tolerance) / lobe.beta_n
+            turns = band * turning(lobe.p, cos, eta, delta, jnp)
+            return needed(turns, delta, lobe.p, self.digits, jnp)
+
+        return reduce(jnp.maximum, map(of, seen))
 
     def most(
-        self, p: int, detector: Detector | None, s: float, delta: float, eta: float
+        self, p: int, detector: Detector, s: float, delta: float, eta: float
     ) -> int:
         """The number of nodes that one lobe takes at any inclination."""
-        scale, turns = np.float64(delta), 0.0
-        if detector:
-            band = detector.bandwidth(self.tolerance) / s
-            turns = band * turning(p, 0.0, np.float64(eta), scale, np)
+        scale, band = np.float64(delta), detector.bandwidth(self.tolerance) / s
+        turns = band * turning(p, 0.0, np.float64(eta), scale, np)
         return math.ceil(needed(turns, scale, p, self.digits, np))
 
-    def longest(self, p: int, detector: Detector | None) -> int:
+    def longest(self, p: int, detector: Detector) -> int:
         """The largest number of nodes that is ever used."""
         every = self.most(p, detector, max(self.s_min, _WIDE), _SMALLEST, 1.0)
         return every if self.s_min >= _WIDE else max(every, self.many)
@@ -101,16 +94,29 @@ class _Graded(GaussGamma):
         detector = detector.within(self.s_min, self.s_max)
         return super().cases(weights, phi, section, detector)
 
+    def mean_nodes(self, section):
+        near = layer(section, self.tolerance)
+        need = averaged(grading(section, REST), near, self.digits, jnp)
+        least = np.float64(_SMALLEST)
+        longest = math.ceil(averaged(least, least, self.digits, np))
+        return _enough(need, longest, section.cos.dtype)
+
     def nodes(self, seen, section, detector, at_least=0):
-        ladder, longest = [4], max(self.longest(highest(seen), detector), at_least)
-        while ladder[-1] < longest:
-            more = max(ladder[-1] // TOGETHER + 1, int(_STEP * ladder[-1] / TOGETHER))
-            ladder.append(TOGETHER * more)
-        need = jnp.max(self.need(seen, section, detector))
-        # NaN asks for all nodes, which keeps the rest of the batch right.
-        index = sum(1 - (need <= order).astype(int) for order in ladder[:-1])
-        rules = [gauss_legendre_unit(order) for order in ladder]
-        return chosen(rules, index, section.cos.dtype)
+        longest = max(self.longest(highest(seen), detector), at_least)
+        need = self.need(seen, section, detector)
+        return _enough(need, longest, section.cos.dtype)
+
+
+def _enough(need: Floats, longest: int, dtype: Any) -> Nodes:
+    """At least as many nodes as are needed, of a few orders up to the longest."""
+    ladder = [4]
+    while ladder[-1] < longest:
+        more = max(ladder[-1] // TOGETHER + 1, int(_STEP * ladder[-1] / TOGETHER))
+        ladder.append(TOGETHER * more)
+    # NaN asks for all nodes, which keeps the rest of the batch right.
+    index = sum(1 - (jnp.max(need) <= order).astype(int) for order in ladder[:-1])
+    rules = [gauss_legendre_unit(order) for order in ladder]
+    return chosen(rules, index, dtype)
 
 
 @dataclass(frozen=True)
@@ -135,8 +141,6 @@ class Auto(Rule):
     def convolve(self, seen, weights, phi, section, detector):
         graded = self._graded(phi.dtype)
         what = weights, phi, section, detector
-        if all(lobe.p is None for lobe in seen):
-            return graded.convolve(seen, *what)
         shared = not detector.kink and many_phi(seen, phi, section)
         if shared:
             low, many, case = self._series(graded, seen, *what)
@@ -172,7 +176,7 @@ class Auto(Rule):
         band = detector.bandwidth(graded.tolerance)
 
         def value(some):
-            terms = [jnp.max(band / lobe.beta_n) for lobe in some if lobe.p is not None]
+            terms = [jnp.max(band / lobe.beta_n) for lobe in some]
             nodes = graded.nodes(some, section, detector, many)
             what = some, weights, phi, section, nodes
             # One more: the first that is left out counts twice.

@@ -1,22 +1,24 @@
 """The rule of each part of a plan, by the tolerance that is left for it."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 
-from fiberjax import measured
-from fiberjax.asking import LEFT_OUT, MARGIN, NAMES, TAIL, Asked
+from fiberjax.asking import LEFT_OUT, MARGIN, NAMES, TAIL, Asked, lost
 from fiberjax.auto import Auto
 from fiberjax.formulas import FORMS, density_tolerance
+from fiberjax.graded import grading, layer
 from fiberjax.measured import ORDERS
-from fiberjax.orders import needed, turning
+from fiberjax.orders import REST, averaged, needed, turning
 from fiberjax.planned import Closed, Planned
 from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
-from fiberjax.tabled import Tabled
+from fiberjax.section import section_of
+from fiberjax.tabled import Span, Tabled
 from fiberjax.windows import Windowed
 
 _NARROW = 0.1
@@ -28,9 +30,6 @@ _FIRST, _STRIDE = ORDERS.index(12), 5
 _NODE, _ENTRY, _READ = 200.0, 2.0, 60.0
 """Flops of a node, of an entry of a table and of reading one, near what `operations`
 counts: 59 to 266 for a node, by the lobe, the detector and absorption."""
-
-_RAY = 1.0
-"""Operations of a ray at a node, which its lobes share, over those of a lobe."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +66,17 @@ class Search:
             self._found[k] = MARGIN * np.asarray(self._measure(k), float)
         return self._found[k]
 
-    def least(self, which: int, allowed: float) -> tuple[int, float] | None:
+    def least(
+        self, which: int, allowed: float, at_least: int = 0
+    ) -> tuple[int, float] | None:
         """The smallest order for an error, and the error; None if none will do."""
 
         def enough(k):
             return self.errors(k)[which] <= allowed
 
-        low, high, last = 0, _FIRST, len(ORDERS) - 1
+        last = len(ORDERS) - 1
+        low = min(bisect_left(ORDERS, at_least), last)
+        high = max(low, _FIRST)
         while not enough(high):
             if high == last:
                 return None
@@ -84,9 +87,32 @@ class Search:
         return ORDERS[low], float(self.errors(low)[which])
 
 
+def averaging(
+    scene: Scene, search: Search, which: int, size: float, allowed: float
+) -> tuple[Planned, float] | None:
+    """The rule of averages of some size, and the bound of its error.
+
+    Half of what is allowed is for optics, a priori: a sample has too few of the small
+    sigma_a that ask for most. Half is for what is measured, rounding included.
+    """
+    tolerance = min(max(float(allowed) / 2 / size, 1e-15), 1e-2)
+    low, high = scene.low("sigma_a"), scene.high("sigma_a")
+
+    def worst(of, sigma_a):
+        absorbing = None if scene.sigma_a is None else jnp.asarray(sigma_a)
+        every = [jnp.asarray(eta) for eta in scene.ends("eta")]
+        return min(float(of(section_of(eta, eta, absorbing))) for eta in every)
+
+    delta = worst(lambda at: grading(at, REST), high)
+    # The clearest color that absorbs may be of any kind.
+    near = worst(lambda at: layer(at, tolerance), max(low, 1e-30))
+    scales = np.float64(delta), np.float64(min(delta, near))
+    order = math.ceil(averaged(*scales, math.log(1 / tolerance), np))
+    found = search.least(which, allowed / 2, order)
+    return found and (Planned(found[0], tolerance), size * tolerance + found[1])
+
+
 def _planned(scene: Scene, lobe: int, order: int) -> Planned:
-    if lobe == TAIL:
-        return Planned(order)
     low, high = scene.roughness("n", lobe)
     tolerance = density_tolerance(scene, lobe)
     terms = math.ceil(math.sqrt(2 * math.log(1 / tolerance)) / low) + 1
@@ -107,13 +133,14 @@ def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
     rounding = float(np.finfo(scene.dtype).eps) * turns
     if rounding >= allowed:
         raise unreachable(scene, rounding)
-    tolerance = max(rounded(allowed - rounding), 1e-15)
-    bound = tolerance + rounding
+    tolerance = max(allowed - rounding, 1e-15)
     if high < _NARROW and scene.detector == "normal":
         order = math.ceil(1.3 * math.log(1 / tolerance))
-        return Choice(Windowed(order, tolerance), bound, f"windows of {order} nodes")
+        rule = Windowed(order, tolerance)
+        return Choice(rule, tolerance + rounding, f"windows of {order} nodes")
+    tolerance = max(rounded(tolerance), 1e-15)
     rule = Auto(tolerance, low / 1.01, high * 1.01)
-    return Choice(rule, bound, f"auto({tolerance:.0e})")
+    return Choice(rule, tolerance + rounding, f"auto({tolerance:.0e})")
 
 
 def cosines(scene: Scene) -> tuple[float, float]:
@@ -126,37 +153,41 @@ def cosines(scene: Scene) -> tuple[float, float]:
     return max(math.cos(largest) - 1e-6, 0.0), min(math.cos(smallest) + 1e-6, 1.0)
 
 
-_WIDEST = 3 * measured.DEGREES // 4, 7 * measured.WAVES // 8
-"""Larger tables are not looked at: what lies beyond would be seen too late."""
+_WIDEST = 3 / 4, 7 / 8
+"""Larger tables, by their share of the largest that is measured, are not looked at:
+what lies beyond would be seen too late."""
 
 
 def _table(asked: Asked, part: int, errors, search: Search, allowed) -> Choice | None:
     """The smallest table of a part; None if none will do."""
     scene = asked.scene
-    fits = MARGIN * np.asarray(errors[part])[: _WIDEST[0], : _WIDEST[1]]
+    found = np.asarray(errors[part])
+    widest = (math.ceil(x * n) for x, n in zip(_WIDEST, found.shape, strict=True))
+    fits = MARGIN * found[tuple(map(slice, widest))]
     degree, waves = np.indices(fits.shape)
     entries = np.where(fits <= allowed / 2, (degree + 3) * (waves + 3), np.inf)
-    if part == TAIL:
-        entries[:, 1:] = np.inf
     best = int(np.argmin(entries))
-    found = search.least(part, allowed / 2)
+    found = _fewest(asked, part, search, allowed / 2)
     if scene.detector != "normal" or not np.isfinite(entries.flat[best]) or not found:
         return None
     j, k = (int(x) for x in np.unravel_index(best, fits.shape))
-    rule = Tabled(found[0], j, k, *cosines(scene), _planned(scene, part, found[0]))
+    nodes, bound = found
+    span = Span(None if part == TAIL else part, nodes.order, j, k)
+    rule = Tabled((span,), *cosines(scene), nodes)
     flops = _ENTRY * float(entries[j, k]) + _READ
     said = f"table, {j + 1} x {k + 1}"
-    return Choice(rule, float(fits[j, k]) + found[1], said, flops)
+    return Choice(rule, float(fits[j, k]) + bound, said, flops)
 
 
-def _nodes(scene: Scene, part: int, search: Search, allowed: float) -> Choice | None:
-    """The fewest nodes of a part; None if none will do."""
+def _fewest(
+    asked: Asked, part: int, search: Search, allowed: float
+) -> tuple[Planned, float] | None:
+    """The fewest nodes of a part, and the bound; None if none will do."""
+    if part == TAIL:
+        size = float(lost(asked)[0][TAIL])
+        return averaging(asked.scene, search, TAIL, size, allowed)
     found = search.least(part, allowed)
-    if found is None:
-        return None
-    order, bound = found
-    rule = _planned(scene, part, order)
-    return Choice(rule, bound, f"{order} nodes", _NODE * order)
+    return found and (_planned(asked.scene, part, found[0]), found[1])
 
 
 def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> Choice:
@@ -171,9 +202,15 @@ def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> 
     lobe = None if part == TAIL else part
     if lobe is not None and predicted(scene, lobe, allowed) > 2 * ORDERS[-1]:
         return _narrow(scene, lobe, allowed)
-    nodes = _nodes(scene, part, search, allowed)
+    both = []
+    found = _fewest(asked, part, search, allowed)
+    if found:
+        rule, bound = found
+        said = f"{rule.order} nodes"
+        both.append(Choice(rule, bound, said, _NODE * rule.order))
     table = _table(asked, part, tables(), search, allowed)
-    both = [choice for choice in (nodes, table) if choice is not None]
+    if table:
+        both.append(table)
     if both:
         return min(both, key=lambda choice: choice.flops)
     if lobe is None:
@@ -188,33 +225,3 @@ def unreachable(scene: Scene, error: float) -> ValueError:
         f"tolerance = {scene.tolerance:g}: must be >= {1.2 * len(NAMES) * reached:.1g} "
         f"for this scene in {scene.dtype}"
     )
-
-
-def joined(
-    rules: Sequence[tuple[int | None, Rule]],
-) -> tuple[tuple[tuple[int | None, ...], Rule], ...]:
-    """Lobes with alike numbers of nodes share them where that is cheaper."""
-    nodes = [(p, r) for p, r in rules if isinstance(r, Planned)]
-    others = [((p,), r) for p, r in rules if not isinstance(r, Planned)]
-    nodes.sort(key=lambda x: x[1].order)
-    best: tuple[float, list] = (math.inf, [])
-    for cuts in range(2 ** max(len(nodes) - 1, 0)):
-        ends = [k + 1 for k in range(len(nodes) - 1) if cuts >> k & 1]
-        groups = [nodes[a:b] for a, b in pairwise([0, *ends, len(nodes)])]
-        total = sum(g[-1][1].order * (_RAY + len(g)) for g in groups if g)
-        if total < best[0]:
-            best = total, groups
-    found = []
-    for group in filter(None, best[1]):
-        rule, lobes = group[-1][1], tuple(p for p, _ in group)
-        shaped = [r for p, r in group if p is not None]
-        if shaped:
-            rule = replace(
-                rule,
-                tolerance=min(r.tolerance for r in shaped),
-                low=min(r.low for r in shaped),
-                high=max(r.high for r in shaped),
-                terms=max(r.terms for r in shaped),
-            )
-        found.append((lobes, rule))
-    return tuple(sorted([*found, *others], key=lambda x: str(x[0])))

@@ -26,7 +26,7 @@ from fiberjax.azimuthal import drop_color
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber
 from fiberjax.model import Attenuations, Model, longitudinal, prepare
-from fiberjax.rules import Rule, Seen
+from fiberjax.rules import Rule
 from fiberjax.section import colorless
 from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES, direction_weights
 
@@ -35,15 +35,11 @@ def _scattered(model: Model, fiber: Fiber, parts, weights, section, *angles) -> 
     """Sum over parts of M times the azimuthal integral of their weights."""
     theta_i, theta_o, phi = angles
     seen = [
-        Seen(
-            None if part == model.tail else part,
-            model.shape(fiber, part).beta_n,
-            longitudinal(model, fiber, part, theta_i, theta_o),
-        )
+        model.seen(fiber, part, longitudinal(model, fiber, part, theta_i, theta_o))
         for part in parts
     ]
     detector = DETECTORS[model.detector]
-    return model.rule.convolve(seen, weights, phi, section, detector)
+    return model.rule.total(seen, weights, phi, section, detector)
 
 
 def scattered(model: Model, fiber: Fiber, parts, theta_i, theta_o, phi) -> Floats:
@@ -68,15 +64,8 @@ def pdf_model(model: Model, strategy, fiber: Fiber, theta_i, theta_o, phi) -> Fl
     if strategy != "lobe_first":
         joint, factor = direction_weights(model, strategy, fiber, theta_i, theta_o)
         detector = DETECTORS[model.detector]
-        seen = [
-            Seen(
-                None if part == model.tail else part,
-                model.shape(fiber, part).beta_n,
-                factor,
-            )
-            for part in model.parts
-        ]
-        return model.rule.convolve(seen, joint, phi, section, detector)[..., 0]
+        seen = [model.seen(fiber, part, factor) for part in model.parts]
+        return model.rule.total(seen, joint, phi, section, detector)[..., 0]
 
     def weights(offset):
         probability, _ = model.selection(fiber, theta_i, offset)

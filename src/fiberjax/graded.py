@@ -14,6 +14,7 @@ from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import wrap
 from fiberjax.crossings import half_turns
 from fiberjax.detectors import Detector
+from fiberjax.orders import REST
 from fiberjax.quadrature import Nodes, gauss_legendre_unit, weighted_sum
 from fiberjax.rules import (
     Case,
@@ -61,6 +62,25 @@ def grading(section: Section, p: int) -> Floats:
         layer = (section.k + 1) / depth
         scale = jnp.minimum(scale, jnp.sqrt(layer * (2 * scale + layer)))
     return jax.lax.stop_gradient(jnp.maximum(scale, 1e-6))
+
+
+def layer(section: Section, tolerance: float) -> Floats:
+    """The distance from grazing over which the rest of a fiber changes there.
+
+    As much light is absorbed as leaves, 1 - F T = 2 (1 - F), where x is about
+    k/(eta (eta^2 + 1)) sigma_a at theta_d = 0, for the color that absorbs least. The
+    rest is of order x^2 there, its derivative in sigma_a of order x: a layer below the
+    tolerance to the power 2/5 cannot be seen in either.
+    """
+    scale = grading(section, REST)
+    if section.sigma_a is None:
+        return scale
+    slope = section.k / (section.eta * (section.eta * section.eta + 1))
+    # Not 0 times infinity at eta = 1.
+    colors = jnp.atleast_1d(section.sigma_a)
+    depths = [jnp.where(sigma_a > 0, slope * sigma_a, jnp.inf) for sigma_a in colors]
+    found = jnp.maximum(reduce(jnp.minimum, depths), tolerance**0.4)
+    return jax.lax.stop_gradient(jnp.minimum(scale, found))
 
 
 Offsets = Callable[[Floats], tuple[Offset, Floats]]
@@ -147,18 +167,25 @@ class GaussGamma(Rule):
         def term(offset, share):
             return weight(offset).times(share)
 
-        offsets, dtype = graded_offsets(grading(section, 1)), section.cos.dtype
-        nodes = self.nodes([], section, None)
+        dtype = section.cos.dtype
+        precision = max(self.tolerance or 0.0, float(jnp.finfo(dtype).eps))
+        offsets = graded_offsets(layer(section, precision))
+        nodes = self.mean_nodes(section)
         return stacked(sum_over(term, offsets, nodes, dtype))
 
     def convolve(self, seen, weights, phi, section, detector):
         cases = self.cases(weights, phi, section, detector)
         return by_case(seen, cases, answer(seen, weights, phi, section))
 
+    def mean_nodes(self, section: Section) -> Nodes:
+        """The nodes for an average."""
+        del section
+        return gauss_legendre_unit(self.order)
+
     def nodes(
-        self, seen: Sequence[Seen], section: Section, detector: Detector | None
+        self, seen: Sequence[Seen], section: Section, detector: Detector
     ) -> Nodes:
-        """The nodes for some lobes, or for an average."""
+        """The nodes for some lobes."""
         del seen, section, detector
         return gauss_legendre_unit(self.order)
 
@@ -169,13 +196,10 @@ class GaussGamma(Rule):
         if detector.kink:
 
             def in_parts(seen):
-                def average(weight):
-                    return self.average(weight, section)
-
                 def split(lobe, weight):
                     return self._split(lobe, weight, phi, section, detector)
 
-                return lobe_by_lobe(seen, weights, average, split)
+                return lobe_by_lobe(seen, weights, split)
 
             return [Case(lambda lobe: True, in_parts)]
 
@@ -209,5 +233,5 @@ class GaussGamma(Rule):
 
 
 def highest(seen: Sequence[Seen]) -> int:
-    """The largest p of some lobes; 1 for none, as an average over h has."""
-    return max((lobe.p or 0 for lobe in seen), default=1)
+    """The largest p of some lobes."""
+    return max(lobe.p for lobe in seen)

@@ -11,6 +11,7 @@ import numpy as np
 
 from fiberjax._types import Floats
 from fiberjax.auto import Auto, auto
+from fiberjax.circular import TURN
 from fiberjax.energy import albedo_model
 from fiberjax.farfield import evaluate_model, pdf_model, scattered
 from fiberjax.graded import GaussGamma
@@ -155,32 +156,38 @@ def closed_errors(model: Model, sample: Probe, at: Exact, peak: Floats):
 DEGREES, WAVES = 32, 64
 """Polynomials and wave numbers of the tables that are looked at."""
 
+_UNIFORM = 96
+"""Polynomials for what has no waves; it changes fast where cos theta_d is small."""
+
 
 @partial(jax.jit, static_argnames="model")
-def table_errors(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Floats:
+def table_errors(
+    model: Model, ends: Floats, sample: Probe, peak: Floats
+) -> list[Floats]:
     """For each part the error over the peak of a table, by degree and wave number.
 
-    Entry (j, k) is for all polynomials below j + 1 and waves to k: twice the sum of the
-    coefficients that are left out, interpolation included, and of what lies beyond the
-    last wave, times the largest M over the peak.
+    Entry (j, k) of each is for all polynomials below j + 1 and waves to k: twice the
+    sum of the coefficients that are left out, interpolation included, and of what lies
+    beyond the last wave, times the largest M over the peak.
     """
     nodes = gauss_legendre_unit(ORDERS[-1])
     eps = float(jnp.finfo(sample.phi.dtype).eps)
 
     def tails(at, part):
         beta = model.shape(at.fiber, part).beta_n
-        lobe = Seen(
-            None if part == model.tail else part, beta, jnp.ones((), beta.dtype)
-        )
-        waves = 0 if lobe.p is None else WAVES
+        count, waves = (_UNIFORM, 0) if part == model.tail else (DEGREES, WAVES)
         half = (ends[1] - ends[0]) / 2
-        points = np.cos(np.pi * (np.arange(DEGREES) + 0.5) / DEGREES)
+        points = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         cos = jnp.clip(ends[0] + half * (1 + jnp.asarray(points)), 0, 1)
         here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
         light = Attenuations(model, (part,), here)
-        values = series_of(lobe, light, here, nodes, waves)[..., 0]
+        if waves:
+            lobe = Seen(part, beta, jnp.ones((), beta.dtype))
+            values = series_of(lobe, light, here, nodes, waves)[..., 0]
+        else:
+            mean = GaussGamma(ORDERS[-1]).average(lambda at: light(at)[0], here)
+            values = mean / TURN
         size = jnp.abs(spectrum(values))
-        size = jnp.pad(size, ((0, 0), (0, WAVES - waves)))
         kept = size.cumsum(0).cumsum(1)
         more = jnp.arange(WAVES + 1, 4 * WAVES, dtype=beta.dtype)
         damped = jnp.exp(-((more * beta) ** 2) / 2).sum() if waves else 0.0
@@ -195,9 +202,9 @@ def table_errors(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Flo
             along = longitudinal(model, wide.fiber, part, wide.theta_i, wide.theta_o)
             steep = (along.max((-1, -2)) / jnp.where(exact > 0, exact, 1)).max()
             found.append(tails(wide, part) * steep)
-        return jnp.stack(found)
+        return found
 
-    return jax.lax.map(one, (sample, peak)).max(0)
+    return [x.max(0) for x in jax.lax.map(one, (sample, peak))]
 
 
 def _few(sample: Probe) -> Probe:

@@ -13,7 +13,7 @@ from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
 from fiberjax.along import Along
 from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import Fiber, LobeShape, cast, cone, fold, lobe_shape, rest_shape
-from fiberjax.rules import Rule, check_rule
+from fiberjax.rules import Rule, Seen, Uniform, check_rule
 from fiberjax.section import Light, Offset, Ray, Section, ray, section, section_of
 from fiberjax.spherical import Inclination, M, inclination, turned
 
@@ -64,6 +64,12 @@ class Model:
     def shape(self, fiber: Fiber, part: int) -> LobeShape:
         """Tilt and widths of a part."""
         return rest_shape(fiber) if part == self.tail else lobe_shape(fiber, part)
+
+    def seen(self, fiber: Fiber, part: int, factor: Floats) -> Seen | Uniform:
+        """A part as it is seen, with a factor."""
+        if part == self.tail:
+            return Uniform(factor)
+        return Seen(part, self.shape(fiber, part).beta_n, factor)
 
     def section(self, fiber: Fiber, theta_i: Floats, theta_o: Floats) -> Section:
         """The cross-section that attenuations and eta' are taken at."""

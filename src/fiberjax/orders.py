@@ -3,6 +3,9 @@
 import math
 from typing import Any, NamedTuple
 
+REST = 3
+"""All other lobes together are as smooth in h as this one."""
+
 
 class Fit(NamedTuple):
     """Constants of `needed`: numbers of nodes, the last three for each e-fold of error.
@@ -50,6 +53,22 @@ def turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
     # Phi'/2 = bent - 1 grows with the cosine: one end or the other is fastest.
     rate = xp.maximum(1 - bent(cos), bent(1.0) - 1)
     return stretch * xp.max(spacing * rate * xp.sqrt(t * (1 - t) + 0.02), -1)
+
+
+LAYER = 0.16
+"""Nodes of an average for each e-fold of error and of the grading of its layer."""
+
+
+def averaged(delta: Any, layer: Any, digits: Any, xp: Any, fit: Fit = FIT):
+    """Nodes of an average for an error below exp(-digits), relative to it.
+
+    As `needed` for what changes over `delta`, and for the rest, which changes over
+    `layer` but is small there: fewer are needed for that.
+    """
+    smooth = needed(0.0, delta, REST, digits, xp, fit)
+    stretch = xp.arcsinh(math.pi / 2 / layer)
+    small = fit.least + fit.segment * REST + LAYER * stretch * digits
+    return xp.maximum(smooth, small)
 
 
 def needed(turns: Any, delta: Any, p: Any, digits: Any, xp: Any, fit: Fit = FIT):

@@ -11,10 +11,10 @@ from fiberjax.graded import GaussGamma
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import Nodes, chosen, gauss_legendre_unit
 from fiberjax.roots import rays
-from fiberjax.rules import Rule, lobe_by_lobe
+from fiberjax.rules import Rule, lobe_by_lobe, name
 from fiberjax.section import stacked
 from fiberjax.series import many_phi, series
-from fiberjax.tabled import Tabled
+from fiberjax.tabled import Span, Tabled
 from fiberjax.windows import Windowed
 
 
@@ -52,10 +52,13 @@ class Tried(Planned):
     orders: tuple[int, ...] = ()
     index: Any = 0
 
-    def nodes(self, seen, section, detector):
-        del seen, detector
+    def mean_nodes(self, section):
         rules: list[Nodes] = [gauss_legendre_unit(order) for order in self.orders]
         return chosen(rules, self.index, section.cos.dtype)
+
+    def nodes(self, seen, section, detector):
+        del seen, detector
+        return self.mean_nodes(section)
 
 
 @dataclass(frozen=True)
@@ -81,10 +84,7 @@ class Closed(Rule):
             light = stacked(weight(found.offset).times(share)).sum(0)
             return light * lobe.factor[..., None]
 
-        def average(weight):
-            return self.average(weight, section)
-
-        return lobe_by_lobe(seen, weights, average, smooth)
+        return lobe_by_lobe(seen, weights, smooth)
 
 
 @dataclass(frozen=True)
@@ -105,15 +105,18 @@ class ByLobe(Rule):
         return self.mean.average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
+        return self.total(seen, weights, phi, section, detector)
+
+    def total(self, seen, weights, phi, section, detector):
         if not isinstance(weights, Attenuations):
             raise TypeError(f"weights = {weights!r}: must be Attenuations")
         total = 0.0
         for lobes, rule in self.rules:
-            which = [k for k, lobe in enumerate(seen) if lobe.p in lobes]
+            which = [k for k, one in enumerate(seen) if name(one) in lobes]
 
             if which:
                 part, some = [seen[k] for k in which], weights.only(which)
-                total += rule.convolve(part, some, phi, section, detector)
+                total += rule.total(part, some, phi, section, detector)
         return jnp.asarray(total)
 
 
@@ -138,7 +141,9 @@ def from_data(found: dict[str, Any]) -> Rule:
         rules = [(tuple(x["lobes"]), from_data(x["rule"])) for x in given["rules"]]
         return ByLobe(tuple(rules), from_data(given["mean"]))
     if kind == "Tabled":
-        return Tabled(**{**given, "otherwise": from_data(given["otherwise"])})
+        spans = tuple(Span(*span) for span in given["spans"])
+        otherwise = from_data(given["otherwise"])
+        return Tabled(spans, given["low"], given["high"], otherwise)
     if kind not in _KINDS:
         raise ValueError(f"rule = {kind!r}: must be one of {tuple(_KINDS)}")
     return _KINDS[kind](**given)

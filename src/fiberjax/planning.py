@@ -12,9 +12,9 @@ from fiberjax.asking import MARGIN, NAMES, TAIL, Asked, ask, kept, lost
 from fiberjax.auto import Auto
 from fiberjax.choices import (
     Search,
+    averaging,
     choose,
     cosines,
-    joined,
     predicted,
     rounded,
     unreachable,
@@ -26,6 +26,7 @@ from fiberjax.planned import ByLobe, Planned
 from fiberjax.plans import Plan, Row
 from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
+from fiberjax.sharing import joined
 
 _SMOOTH = 0.05
 """Above this roughness the closed form is not tried."""
@@ -121,12 +122,22 @@ def _attempt(asked: Asked, tolerance: float) -> Plan:
         return measured.table_errors(full, ends, asked.sample, asked.peak)
 
     choices = {k: choose(asked, k, search, tables, closed, allowed) for k in needed}
-    mean = search.least(len(NAMES), tolerance - by_albedo[gone].sum())
+    left = tolerance - by_albedo[gone].sum()
+    mean = averaging(scene, search, len(NAMES), 1.0, left)
     if mean is None:
         raise unreachable(scene, float(search.errors(len(ORDERS) - 1)[-1]))
     rules = [(None if k == TAIL else k, c.rule) for k, c in choices.items()]
     lobes = tuple(k for k in needed if k != TAIL)
-    rule = ByLobe(joined(rules), Planned(mean[0]))
+    sample, peak = asked.sample, asked.peak
+
+    def holds(group):
+        some = list(group[0])
+        together = replace(full, lobes=group[0], rest=False, rule=group[1])
+        expected = asked.exact.values[:, some].sum(1)
+        error = measured.plan_error(together, sample, expected, peak)
+        return MARGIN * float(error) <= sum(choices[k].bound for k in some)
+
+    rule = ByLobe(joined(rules, holds), mean[0])
     model = replace(full, lobes=lobes, rest=TAIL in needed, rule=rule, along=form)
     density, pdf_bound = _density_rule(
         asked, replace(model, rule=full.rule, along=None)

@@ -1,9 +1,10 @@
 """What a rule for the integral over the offset h is: a static, hashable choice.
 
-A rule answers two questions about a cross-section of a fiber:
+A rule answers three questions about a cross-section of a fiber:
 
     average     1/2 int_{-1}^{1} weight(h) dh
     convolve    sum over lobes of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh
+    total       the same of lobes and of what is uniform in azimuth
 
 A weight maps an `Offset` to `Light` and is even in h; answers have a trailing color
 axis. D is a `Detector`, even and of period 2 pi. Phi - p pi is odd in
@@ -28,14 +29,22 @@ Weight = Callable[[Offset], Light]
 
 
 class Seen(NamedTuple):
-    """A lobe as it is seen: the roughness that blurs it, and a factor.
+    """A lobe as it is seen: the roughness that blurs it, and a factor."""
 
-    p is None for what is uniform in azimuth; beta_n is not looked at then.
-    """
-
-    p: int | None
+    p: int
     beta_n: Floats
     factor: Floats
+
+
+class Uniform(NamedTuple):
+    """What is uniform in azimuth, as it is seen: a factor."""
+
+    factor: Floats
+
+
+def name(one: Seen | Uniform) -> int | None:
+    """The lobe p, or None for what is uniform in azimuth."""
+    return one.p if isinstance(one, Seen) else None
 
 
 Weights = Callable[[Offset], Sequence[Light]]
@@ -58,7 +67,36 @@ class Rule(ABC):
         section: Section,
         detector: Detector,
     ) -> Floats:
-        """Sum of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh over what is seen."""
+        """Sum of factor 1/2 int weight(h) D(phi - Phi(p, h)) dh over lobes."""
+
+    def total(
+        self,
+        seen: Sequence[Seen | Uniform],
+        weights: Weights,
+        phi: Floats,
+        section: Section,
+        detector: Detector,
+    ) -> Floats:
+        """The same over all that is seen, with an average for what is uniform.
+
+        That has nodes of its own: the rest changes faster at grazing than lobes do.
+        """
+        lobes = {k: one for k, one in enumerate(seen) if isinstance(one, Seen)}
+
+        def of_lobes(offset):
+            each = weights(offset)
+            return [each[k] for k in lobes]
+
+        def mean(k):
+            average = self.average(lambda offset: weights(offset)[k], section)
+            return average * seen[k].factor[..., None] / TURN
+
+        found = [mean(k) for k in range(len(seen)) if k not in lobes]
+        if lobes:
+            each = list(lobes.values())
+            found.append(self.convolve(each, of_lobes, phi, section, detector))
+        like = answer(seen, weights, phi, section)
+        return jnp.broadcast_to(reduce(jnp.add, found), like.shape)
 
 
 class Case(NamedTuple):
@@ -69,13 +107,13 @@ class Case(NamedTuple):
 
 
 def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
-    """What is seen, each element by one case; `like` has its shape.
+    """Lobes, each element by one case; `like` has the shape.
 
     That is the first that serves it, and the last for all that is left, NaN too. A case
     that takes nothing costs nothing, as long as that is one decision, as it is for
     roughness that is one number and not under jax.vmap.
     """
-    if len(cases) == 1 or all(lobe.p is None for lobe in seen):
+    if len(cases) == 1:
         return cases[-1].value(seen)
 
     # Every case reads the factors: none is to compute them anew.
@@ -90,10 +128,7 @@ def by_case(seen: Sequence[Seen], cases: Sequence[Case], like: Any) -> Floats:
             left = left & ~found[-1]
         return [*found, left]
 
-    taken: dict[int | None, list[Any]]
-    taken = {lobe.p: takes(lobe) for lobe in seen if lobe.p is not None}
-    # What is uniform in azimuth goes with any of the others.
-    taken[None] = next(iter(taken.values()))
+    taken = {lobe.p: takes(lobe) for lobe in seen}
 
     def part(k, case):
         anywhere = jnp.stack([jnp.any(each[k]) for each in taken.values()])
@@ -118,33 +153,27 @@ def _only(lobe: Seen, served: Any) -> Seen:
 def lobe_by_lobe(
     seen: Sequence[Seen],
     weights: Weights,
-    average: Callable[[Weight], Floats],
     convolved: Callable[[Seen, Weight], Floats],
 ) -> Floats:
-    """What is seen, where every lobe has nodes of its own."""
-    total = 0.0
-    for k, lobe in enumerate(seen):
+    """Lobes of which each has nodes of its own."""
 
-        def weight(offset, k=k):
-            return weights(offset)[k]
+    def part(k, lobe):
+        return convolved(lobe, lambda offset: weights(offset)[k])
 
-        if lobe.p is None:
-            part = average(weight) * lobe.factor[..., None] / TURN
-        else:
-            part = convolved(lobe, weight)
-        total = total + part
-    return jnp.asarray(total)
+    return reduce(jnp.add, [part(k, lobe) for k, lobe in enumerate(seen)])
 
 
-def whole_shape(seen: Sequence[Seen], phi: Floats, section: Section) -> tuple[int, ...]:
+def whole_shape(
+    seen: Sequence[Seen | Uniform], phi: Floats, section: Section
+) -> tuple[int, ...]:
     """The shape of everything that broadcasts with phi; colors aside."""
     arrays = [phi, section.r, *(lobe.factor for lobe in seen)]
-    arrays += [lobe.beta_n for lobe in seen if lobe.p is not None]
+    arrays += [lobe.beta_n for lobe in seen if isinstance(lobe, Seen)]
     return jnp.broadcast_shapes(*(x.shape for x in arrays))
 
 
 def answer(
-    seen: Sequence[Seen], weights: Weights, phi: Floats, section: Section
+    seen: Sequence[Seen | Uniform], weights: Weights, phi: Floats, section: Section
 ) -> jax.ShapeDtypeStruct:
     """Shape and dtype of what `Rule.convolve` returns."""
     number = jnp.zeros((), phi.dtype)
@@ -166,7 +195,7 @@ def scattered(
     def common():
         """All that does not depend on color."""
         gamma_t = refraction(offset, section)
-        turns = (2 * (lobe.p or 0) * gamma_t - 2 * offset.gamma for lobe in seen)
+        turns = (2 * lobe.p * gamma_t - 2 * offset.gamma for lobe in seen)
         each = zip(seen, pairs, turns, weights(offset), strict=True)
         return [
             (share * light.common) * (lobe.factor * both(turn))
@@ -196,8 +225,6 @@ def by_form(
 
     def case(form):
         def pair(lobe):
-            if lobe.p is None:
-                return lambda turn: jnp.full_like(turn, 1 / TURN)
             return form.pair(wrap(phi - (lobe.p % 2) * jnp.pi), lobe.beta_n)
 
         def value(seen):

@@ -14,7 +14,7 @@ from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import TURN, sin_cos
 from fiberjax.graded import GaussGamma, graded_offsets, grading, highest
 from fiberjax.quadrature import Nodes, gauss_legendre_unit, sum_in_blocks
-from fiberjax.rules import Rule, Seen, Weights, answer, whole_shape
+from fiberjax.rules import Rule, Seen, Uniform, Weights, answer, whole_shape
 from fiberjax.section import Section, deflection
 
 _BLOCK = 32
@@ -31,7 +31,7 @@ _SHARED = 16
 """With this many phi to one theta_d a series takes less time than nodes for each."""
 
 
-def many_phi(seen: Sequence[Seen], phi: Floats, section: Section) -> bool:
+def many_phi(seen: Sequence[Seen | Uniform], phi: Floats, section: Section) -> bool:
     """Whether many phi share all else."""
     full = math.prod(whole_shape(seen, phi, section))
     each = math.prod(whole_shape(seen, jnp.zeros((), phi.dtype), section))
@@ -126,9 +126,6 @@ def series(
         As products of matrices, one for each section: XLA's reductions take longer.
         """
         weighted = jnp.moveaxis(light.stacked() * share[..., None], 0, -1)
-        if lobe.p is None:
-            even = weighted.sum(-1)
-            return jnp.where(wave_numbers(k, even) == 0, even, 0)
         turn = deflection(lobe.p, offset, section)
         turn = jnp.broadcast_to(turn, light.common.shape)
         _, waves = sin_cos(jnp.moveaxis(turn, 0, -1)[..., None] * k)
@@ -146,12 +143,10 @@ def series(
         found = sum_in_blocks(terms_of, nodes, phi.dtype, block)
         total = 0.0
         for lobe, moment in zip(seen, found, strict=True):
-            damp = jnp.ones_like(k)
-            if lobe.p is not None:
-                # The observer's phi - p pi turns the sign of every other term.
-                n = wave_numbers(k, lobe.beta_n)
-                sign = jnp.where((n * lobe.p) % 2 == 0, 1, -1)
-                damp = sign * jnp.exp(-((n * lobe.beta_n) ** 2) / 2)
+            # The observer's phi - p pi turns the sign of every other term.
+            n = wave_numbers(k, lobe.beta_n)
+            sign = jnp.where((n * lobe.p) % 2 == 0, 1, -1)
+            damp = sign * jnp.exp(-((n * lobe.beta_n) ** 2) / 2)
             size = max(jnp.ndim(lobe.factor), moment.ndim - 2, damp.ndim - 1)
 
             def padded(x, tail=0, size=size):
@@ -180,18 +175,19 @@ def series_of(
 ) -> Floats:
     """Coefficients of cos(k phi) in N of one lobe, k to `terms`: (J, terms + 1, C).
 
-    For a section of J inclinations, by the nodes of `GaussGamma`, without the factor.
+    For a section of J inclinations, by the nodes of `GaussGamma`, without the factor. R
+    has one color: none of its light was inside.
     """
-    p, dtype = lobe.p or 0, section.cos.dtype
+    p, dtype = lobe.p, section.cos.dtype
     t, w = (jnp.asarray(x, dtype)[:, None] for x in nodes[:2])
     offset, slope = graded_offsets(grading(section, p))(t)
-    light = weights(offset)[0].stacked() * (w * slope)[..., None]
+    light = weights(offset)[0]
+    light = (light.stacked() if p else light.common[..., None]) * (w * slope)[..., None]
     k = np.arange(terms + 1)
     turn = jnp.broadcast_to(deflection(p, offset, section), light.shape[:-1])
     _, waves = sin_cos(turn[..., None] * jnp.asarray(k, dtype))
     found = jnp.einsum("njk,njc->jkc", waves, light, precision=_EXACT)
     sign = np.where(k * p % 2 == 0, 1, -1) * np.where(k == 0, 1, 2) / TURN
     damp = jnp.asarray(sign, dtype)
-    if terms:
-        damp = damp * jnp.exp(-((jnp.asarray(k, dtype) * lobe.beta_n) ** 2) / 2)
+    damp = damp * jnp.exp(-((jnp.asarray(k, dtype) * lobe.beta_n) ** 2) / 2)
     return found * damp[:, None]

@@ -1,8 +1,10 @@
 """The rule for many directions of one fiber: a table of N made within the call."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import reduce
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +15,7 @@ from fiberjax._types import Floats
 from fiberjax.circular import sin_cos
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import gauss_legendre_unit
-from fiberjax.rules import Rule, whole_shape
+from fiberjax.rules import Rule, Seen, Uniform, answer, name, whole_shape
 from fiberjax.section import section_of, stacked
 from fiberjax.series import many_phi, series_of, synthesis
 
@@ -22,26 +24,37 @@ _MANY = 16
 """A table pays where there are so many directions to a polynomial."""
 
 
+class Span(NamedTuple):
+    """The size of the table of one lobe.
+
+    p       the lobe; None for what is uniform in azimuth
+    order   nodes on [0, pi/2] for each entry
+    degree  the highest polynomial
+    terms   the highest wave number
+    """
+
+    p: int | None
+    order: int
+    degree: int
+    terms: int
+
+
 @dataclass(frozen=True)
 class Tabled(Rule):
-    """A table of N made within the call, where many directions share one fiber.
+    """Tables of N made within the call, where many directions share one fiber.
 
     Chebyshev polynomials in |cos theta_d| times a cosine series in phi, for each lobe
     by itself. N is analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the real axis,
     so that few polynomials will do, and a value is a product of two short vectors with
-    a matrix. Derivatives in the fiber pass through the table alone.
+    a matrix. Derivatives in the fiber pass through the tables alone.
 
     Args:
-        order: nodes on [0, pi/2] for each entry.
-        degree: the highest polynomial.
-        terms: the highest wave number.
+        spans: one for each lobe.
         low, high: range of |cos theta_d|.
         otherwise: the rule where directions are few, or weights no `Attenuations`.
     """
 
-    order: int
-    degree: int
-    terms: int
+    spans: tuple[Span, ...]
     low: float
     high: float
     otherwise: Rule
@@ -50,61 +63,126 @@ class Tabled(Rule):
         return self.otherwise.average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
+        return self.total(seen, weights, phi, section, detector)
+
+    def total(self, seen, weights, phi, section, detector):
         shape = whole_shape(seen, phi, section)
-        one = section.eta.ndim == 0 and all(x.beta_n.ndim == 0 for x in seen)
-        many = math.prod(shape) >= _MANY * (self.degree + 1)
+        lobes = [x for x in seen if isinstance(x, Seen)]
+        one = section.eta.ndim == 0 and all(x.beta_n.ndim == 0 for x in lobes)
+        many = math.prod(shape) >= _MANY * (max(x.degree for x in self.spans) + 1)
         if not (one and many and isinstance(weights, Attenuations)) or detector.kink:
-            return self.otherwise.convolve(seen, weights, phi, section, detector)
-        here = section_of(self._cosines(phi.dtype), section.eta, section.sigma_a)
-        nodes = gauss_legendre_unit(self.order)
-        read = self._on_grid if many_phi(seen, phi, section) else self._at_each
+            return self.otherwise.total(seen, weights, phi, section, detector)
+        spans = {span.p: span for span in self.spans}
 
-        def one_lobe(k, lobe):
+        def table(k, one):
+            span = spans[name(one)]
+            cos = self._cosines(span.degree + 1, phi.dtype)
+            here = section_of(cos, section.eta, section.sigma_a)
             light = weights.only([k]).at(here)
-            terms = 0 if lobe.p is None else self.terms
-            table = spectrum(series_of(lobe, light, here, nodes, terms))
-            return read(table, section.cos, phi, lobe.factor)
+            if isinstance(one, Seen):
+                nodes = gauss_legendre_unit(span.order)
+                return spectrum(series_of(one, light, here, nodes, span.terms))
+            alone = [Uniform(jnp.ones((), phi.dtype))]
+            mean = self.otherwise.total(alone, light, 0 * cos, here, detector)
+            return spectrum(mean[:, None])
 
-        total = reduce(jnp.add, [one_lobe(k, lobe) for k, lobe in enumerate(seen)])
-        return jnp.broadcast_to(total, (*shape, total.shape[-1]))
+        tables = [table(k, one) for k, one in enumerate(seen)]
+        factors = [one.factor for one in seen]
+        where = tables, section.cos, phi, factors
+        grid = many_phi(seen, phi, section)
+        found = self._on_grid(shape, *where) if grid else self._at_each(*where)
+        return jnp.broadcast_to(found, answer(seen, weights, phi, section).shape)
 
-    def _cosines(self, dtype) -> Floats:
+    def _cosines(self, count: int, dtype) -> Floats:
         """Where N is computed: Chebyshev's points of the range."""
-        count = self.degree + 1
         at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         half = (self.high - self.low) / 2
         return jnp.asarray(np.clip(self.low + half * (1 + at), 0, 1), dtype)
 
-    def _polynomials(self, cos: Floats) -> Floats:
-        """T_0 to T_degree at |cos theta_d|, on a first axis."""
+    def _at_each(self, tables, cos, phi, factors):
         x = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
-        return jnp.stack(polynomials(x, self.degree + 1))
+        return _read(tables, x, sin_cos(phi)[1], factors)
 
-    def _on_grid(self, table: Floats, cos: Floats, phi: Floats, factor: Floats):
-        """The table times a factor, with colors last, where many phi share a cosine."""
-        at = self._polynomials(cos)
-        rows = jnp.einsum("k...,kwc->w...c", at, table, precision=_EXACT)
-        waves = jnp.stack(polynomials(sin_cos(phi)[1], table.shape[1]))
-        shape = jnp.broadcast_shapes(cos.shape, phi.shape, factor.shape)
-        return synthesis(waves, rows * factor[..., None], shape)
+    def _on_grid(self, shape, tables, cos, phi, factors):
+        """The tables times factors, with colors last, where many phi share a cosine."""
+        # Waves come first, so that axes of others do not meet them.
+        cos, *factors = (
+            x.reshape((1,) * (len(shape) - x.ndim) + x.shape) for x in (cos, *factors)
+        )
+        x = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
+        along = jnp.stack(polynomials(x, max(map(len, tables))))
+        most = max(table.shape[1] for table in tables)
 
-    def _at_each(self, table: Floats, cos: Floats, phi: Floats, factor: Floats):
-        """The same at directions of any kind."""
-        count, waves, colors = table.shape
-        flat = table.reshape(count, -1).T
+        def rows(table, factor):
+            """Coefficients of the waves, which come first."""
+            at = along[: len(table)]
+            found = jnp.einsum("k...,kwc->w...c", at, table, precision=_EXACT)
+            found = found * factor[..., None]
+            spare = [(0, most - len(found))] + [(0, 0)] * (found.ndim - 1)
+            return jnp.pad(found, spare)
 
-        def value(at, _):
-            cos, phi, factor = at
+        total = reduce(jnp.add, map(rows, tables, factors))
+        waves = jnp.stack(polynomials(sin_cos(phi)[1], most))
+        return synthesis(waves, total, shape)
+
+
+@jax.custom_jvp
+def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]):
+    """Tables times factors at directions of any kind, with colors last.
+
+    x of the polynomials, cos(phi) of the waves. One loop over directions for each color
+    of each table, which stores nothing on its way.
+    """
+    # What they are computed from would be computed in every loop.
+    x, ripple, factors = programs.apart((x, ripple, factors), x)
+    at = polynomials(x, max(map(len, tables)))
+    waves = polynomials(ripple, max(table.shape[1] for table in tables))
+
+    def color(table, factor):
+        rows = (reduce(jnp.add, map(jnp.multiply, at, row)) for row in table.T)
+        found = factor * reduce(jnp.add, map(jnp.multiply, waves, rows))
+        # All together they would be one loop that computes every color for each.
+        return programs.apart(found, x)
+
+    def colors(table, factor):
+        return [color(table[..., k], factor) for k in range(table.shape[2])]
+
+    return _joined(map(colors, tables, factors))
+
+
+def _joined(tables: Iterable[list[Floats]]) -> Floats:
+    """The sum of tables, of one color or all, with colors last."""
+    found = list(tables)
+    count = max(map(len, found))
+    sums = zip(*(x if len(x) == count else x * count for x in found), strict=True)
+    return stacked([reduce(jnp.add, each) for each in sums])
+
+
+def _read_in_blocks(tables, x, ripple, factors):
+    """The same by products of matrices, a block at a time."""
+
+    def value(at, _):
+        x, ripple, factors = at
+        along = jnp.stack(polynomials(x, max(map(len, tables))))
+        waves = polynomials(ripple, max(table.shape[1] for table in tables))
+
+        def colors(table, factor):
             # Directions last: they are what is summed side by side.
-            rows = jnp.tensordot(flat, self._polynomials(cos), 1, precision=_EXACT)
-            ripple = polynomials(sin_cos(phi)[1], waves)
-            each = [
-                reduce(jnp.add, map(jnp.multiply, ripple, rows[color::colors]))
-                for color in range(colors)
-            ]
-            return stacked([factor * one for one in each])
+            flat = table.reshape(len(table), -1).T
+            rows = jnp.tensordot(flat, along[: len(table)], 1, precision=_EXACT)
+            count = table.shape[2]
+            each = (map(jnp.multiply, waves, rows[k::count]) for k in range(count))
+            return [factor * reduce(jnp.add, one) for one in each]
 
-        return programs.in_blocks(value, (cos, phi, factor))
+        return _joined(map(colors, tables, factors))
+
+    return programs.in_blocks(value, (x, ripple, factors))
+
+
+@_read.defjvp
+def _read_jvp(primals, tangents):
+    # The loops would keep all polynomials and waves for the reverse pass.
+    return jax.jvp(_read_in_blocks, primals, tangents)
 
 
 def spectrum(values: Floats) -> Floats:

@@ -69,13 +69,10 @@ class Windowed(Rule):
         return _SMOOTH.average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
-        def average(weight):
-            return self.average(weight, section)
-
         def in_windows(lobe, weight):
             return self._lobe(lobe, weight, phi, section, detector)
 
-        return lobe_by_lobe(seen, weights, average, in_windows)
+        return lobe_by_lobe(seen, weights, in_windows)
 
     def _lobe(self, lobe, weight, phi, section, detector):
         p = lobe.p
