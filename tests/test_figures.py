@@ -27,6 +27,7 @@ NAMES = (
     "fits",
     "fits_against_lobes",
     "furnace",
+    "growth",
     "lobes",
     "nearfield_speed",
     "nodes",
@@ -46,6 +47,7 @@ TABLES = (
     "absorption",
     "error_vs_time",
     "furnace",
+    "growth",
     "nearfield_speed",
     "nodes",
     *OF_REALTIME,
@@ -60,6 +62,7 @@ TABLES = (
 CHANGING = (
     "bessel",
     "error_vs_time",
+    "growth",
     "nearfield_speed",
     "nodes",
     "realtime",
@@ -526,6 +529,27 @@ def test_the_table_of_scenes():
         ratios = (times[name, slow] / times[name, "planned"] for name in which)
         pairs = zip(which, ratios, strict=True)
         assert ", ".join(f"{name} {ratio:.2g}" for name, ratio in pairs) in text
+
+
+def test_memory_does_not_grow_with_queries():
+    """As measured, each point in a process of its own; the README has the numbers."""
+    table = rows(FIGURES / "growth.csv")
+    points = {(r["against"], r["value"], r["form"], r["queries"]) for r in table}
+    wanted = script("growth").points()
+    assert points == {tuple(map(str, point)) for point in wanted}
+    of_queries = [row for row in table if row["against"] == "queries"]
+    said, text = [], " ".join((FIGURES.parent / "README.md").read_text().split())
+    for form in ("full", "planned"):
+        peaks = {
+            int(row["queries"]): float(row["peak_MB"])
+            for row in of_queries
+            if row["form"] == form
+        }
+        grown = peaks[10_000_000] - peaks[100_000]
+        assert grown < 64
+        said.append(f"{grown:.0f} MB")
+    assert f"10,000,000 queries take {said[0]} more than 100,000" in text
+    assert f"{said[1]} in a plan" in text
 
 
 def test_programs_by_hand_keep_the_promise():

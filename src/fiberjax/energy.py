@@ -41,8 +41,9 @@ def _part_albedo(model: Model, fiber: Fiber, part, theta_i) -> Floats:
 
     def term(t, w):
         theta_o = low + (high - low) * t
-        along = longitudinal(model, fiber, part, theta_i, theta_o) * jnp.cos(theta_o)
-        return ((high - low) * w * along)[..., None] * around(theta_o)
+        (along,) = longitudinal(model, fiber, (part,), theta_i, theta_o)
+        share = (high - low) * w * along * jnp.cos(theta_o)
+        return share[..., None] * around(theta_o)
 
     return weighted_sum(term, gauss_legendre_unit(_INCLINATIONS), theta_i.dtype)
 

@@ -34,10 +34,8 @@ from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES, direction_weights
 def _scattered(model: Model, fiber: Fiber, parts, weights, section, *angles) -> Floats:
     """Sum over parts of M times the azimuthal integral of their weights."""
     theta_i, theta_o, phi = angles
-    seen = [
-        model.seen(fiber, part, longitudinal(model, fiber, part, theta_i, theta_o))
-        for part in parts
-    ]
+    along = longitudinal(model, fiber, parts, theta_i, theta_o)
+    seen = [model.seen(fiber, *both) for both in zip(parts, along, strict=True)]
     detector = DETECTORS[model.detector]
     return model.rule.total(seen, weights, phi, section, detector)
 

@@ -198,8 +198,8 @@ def table_errors(
         at, exact = both
         wide = in_float64(at)
         found = []
-        for part in model.parts:
-            along = longitudinal(model, wide.fiber, part, wide.theta_i, wide.theta_o)
+        each = longitudinal(model, wide.fiber, model.parts, wide.theta_i, wide.theta_o)
+        for part, along in zip(model.parts, each, strict=True):
             steep = (along.max((-1, -2)) / jnp.where(exact > 0, exact, 1)).max()
             found.append(tails(wide, part) * steep)
         return found

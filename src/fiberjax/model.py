@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fiberjax import numerics
+from fiberjax import numerics, programs
 from fiberjax._types import Floats, Reals, choice, flag, floats, lobe_number
 from fiberjax.along import Along
 from fiberjax.detectors import DETECTORS
@@ -163,14 +163,22 @@ def prepare(fiber: Fiber, *angles: Reals) -> tuple[Fiber, list[Floats]]:
     return cast(fiber, arrays[0].dtype), arrays
 
 
-def longitudinal(model: Model, fiber: Fiber, part, theta_i, theta_o) -> Floats:
-    """M of one part."""
-    shape = model.shape(fiber, part)
-    v = shape.beta_m**2
-    if model.along is None:
-        return M(cone(theta_i, shape), theta_o, v)
-    sin, cos = numerics.sin_cos(theta_i)
-    around, out = Inclination(-sin, cos), Inclination(*numerics.sin_cos(theta_o))
-    if shape.tilt is not None:
-        around = turned(around, inclination(shape.tilt))
-    return model.along.M(around, out, v)
+def longitudinal(
+    model: Model, fiber: Fiber, parts: Sequence[int], theta_i: Floats, theta_o: Floats
+) -> list[Floats]:
+    """M of some parts."""
+    shapes = [model.shape(fiber, part) for part in parts]
+    form = model.along
+    if form is None:
+        return [M(cone(theta_i, x), theta_o, x.beta_m**2) for x in shapes]
+    angles = numerics.sin_cos(theta_i), numerics.sin_cos(theta_o)
+    # XLA would compute them anew in every M.
+    (sin, cos), out = programs.apart(angles, angles[1][1])
+    opposite, out = Inclination(-sin, cos), Inclination(*out)
+
+    def along(shape):
+        tilted = shape.tilt is not None
+        around = turned(opposite, inclination(shape.tilt)) if tilted else opposite
+        return form.M(around, out, shape.beta_m**2)
+
+    return [along(shape) for shape in shapes]

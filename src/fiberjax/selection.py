@@ -212,7 +212,7 @@ def direction_weights(
     Weights r(h) (sum_p w_p M_p) M_q A_q/(sum M A), and the factor they lack.
     """
     section = model.section(fiber, theta_i, theta_o)
-    each = [longitudinal(model, fiber, part, theta_i, theta_o) for part in model.parts]
+    each = longitudinal(model, fiber, model.parts, theta_i, theta_o)
     along, largest = scaled(jnp.stack(jnp.broadcast_arrays(*each), -1))
     density = offset_density(model, fiber, theta_i) if strategy == "guided" else None
 

@@ -73,6 +73,7 @@ def N_smooth(
 @partial(jax.jit, static_argnames="model")
 def _pdf_smooth(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
     here = model.section(fiber, theta_i, theta_o)
+    along = longitudinal(model, fiber, model.parts, theta_i, theta_o)
     total = jnp.zeros((), phi.dtype)
     for k, part in enumerate(model.parts):
 
@@ -84,7 +85,7 @@ def _pdf_smooth(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
         else:
             found = rays(part, phi, here)
             around = _per_radian(found, chosen(found.offset))[..., 0]
-        total = total + longitudinal(model, fiber, part, theta_i, theta_o) * around
+        total = total + along[k] * around
     return total
 
 
