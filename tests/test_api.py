@@ -298,6 +298,7 @@ FLOORS = (
     {"entering", "planned", "probes"},
     {"measured"},
     {"asking", "formulas"},
+    {"truncation"},
     {"choices", "sharing"},
     {"expenses"},
     {"plans"},

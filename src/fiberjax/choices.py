@@ -19,6 +19,7 @@ from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
 from fiberjax.section import section_of
 from fiberjax.tabled import Span, Tabled
+from fiberjax.truncation import Size, cosines
 from fiberjax.windows import Windowed
 
 _NARROW = 0.1
@@ -143,40 +144,19 @@ def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
     return Choice(rule, tolerance + rounding, f"auto({tolerance:.0e})")
 
 
-def cosines(scene: Scene) -> tuple[float, float]:
-    """The range of |cos theta_d|, or of |cos theta_i|, from below and above."""
-    ends, out = scene.ends("theta_i"), scene.ends("theta_o")
-    if scene.incidence == "theta_d":
-        ends = (out[0] - ends[1]) / 2, (out[1] - ends[0]) / 2
-    largest = min(max(map(abs, ends)), math.pi / 2)
-    smallest = 0.0 if ends[0] <= 0 <= ends[1] else min(map(abs, ends))
-    return max(math.cos(largest) - 1e-6, 0.0), min(math.cos(smallest) + 1e-6, 1.0)
-
-
-_WIDEST = 3 / 4, 7 / 8
-"""Larger tables, by their share of the largest that is measured, are not looked at:
-what lies beyond would be seen too late."""
-
-
-def _table(asked: Asked, part: int, errors, search: Search, allowed) -> Choice | None:
-    """The smallest table of a part; None if none will do."""
-    scene = asked.scene
-    found = np.asarray(errors[part])
-    widest = (math.ceil(x * n) for x, n in zip(_WIDEST, found.shape, strict=True))
-    fits = MARGIN * found[tuple(map(slice, widest))]
-    degree, waves = np.indices(fits.shape)
-    entries = np.where(fits <= allowed / 2, (degree + 3) * (waves + 3), np.inf)
-    best = int(np.argmin(entries))
+def _table(
+    asked: Asked, part: int, size: Size | None, search: Search, allowed: float
+) -> Choice | None:
+    """The table of a part; None if none will do."""
     found = _fewest(asked, part, search, allowed / 2)
-    if scene.detector != "normal" or not np.isfinite(entries.flat[best]) or not found:
+    if asked.scene.detector != "normal" or not size or not found:
         return None
-    j, k = (int(x) for x in np.unravel_index(best, fits.shape))
     nodes, bound = found
-    span = Span(None if part == TAIL else part, nodes.order, j, k)
-    rule = Tabled((span,), *cosines(scene), nodes)
-    flops = _ENTRY * float(entries[j, k]) + _READ
-    said = f"table, {j + 1} x {k + 1}"
-    return Choice(rule, float(fits[j, k]) + bound, said, flops)
+    span = Span(None if part == TAIL else part, nodes.order, size.degree, size.terms)
+    rule = Tabled((span,), *cosines(asked.scene), nodes)
+    flops = _ENTRY * (size.degree + 3) * (size.terms + 3) + _READ
+    said = f"table, {size.degree + 1} x {size.terms + 1}"
+    return Choice(rule, size.bound + bound, said, flops)
 
 
 def _fewest(
@@ -208,7 +188,7 @@ def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> 
         rule, bound = found
         said = f"{rule.order} nodes"
         both.append(Choice(rule, bound, said, _NODE * rule.order))
-    table = _table(asked, part, tables(), search, allowed)
+    table = _table(asked, part, tables()[part], search, allowed)
     if table:
         both.append(table)
     if both:

@@ -7,25 +7,19 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from fiberjax._types import Floats
 from fiberjax.auto import Auto, auto
-from fiberjax.circular import TURN
 from fiberjax.energy import albedo_model
 from fiberjax.farfield import evaluate_model, pdf_model, scattered
 from fiberjax.graded import GaussGamma
-from fiberjax.model import Attenuations, Model, longitudinal
+from fiberjax.model import Model
 from fiberjax.planned import Closed, Tried
 from fiberjax.probes import Probe
-from fiberjax.quadrature import gauss_legendre_unit
 from fiberjax.ranges import Interval
-from fiberjax.rules import Rule, Seen
+from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
-from fiberjax.section import section_of
 from fiberjax.selection import DEFAULT_STRATEGY
-from fiberjax.series import series_of
-from fiberjax.tabled import spectrum
 
 ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 96)
 """The numbers of nodes that are tried."""
@@ -112,7 +106,7 @@ def exact(model: Model, sample: Probe) -> Exact:
     return jax.lax.map(one, in_float64(sample))
 
 
-def _worst(found: Floats, expected: Floats, scale: Floats) -> Floats:
+def worst(found: Floats, expected: Floats, scale: Floats) -> Floats:
     """Largest error over a scale (I,), of each of the first axis; NaN stays."""
     error = jnp.abs(found.astype(expected.dtype) - expected)
     error = error.max((-1, -2)) / jnp.where(scale > 0, scale, 1)
@@ -129,7 +123,7 @@ def node_errors(model: Model, index: Any, sample: Probe, at: Exact, peak: Floats
 
     def one(both):
         at, exact, peak = both
-        values = _worst(_parts(tried, at), exact.values, peak)
+        values = worst(_parts(tried, at), exact.values, peak)
         albedo = albedo_model(tried, at.fiber, _plain(at.theta_i), True)
         total = exact.albedo.sum(0)
         away = jnp.abs(albedo.astype(total.dtype) - exact.albedo).sum(0) / total
@@ -148,63 +142,9 @@ def closed_errors(model: Model, sample: Probe, at: Exact, peak: Floats):
         at, exact, peak = both
         each = [scattered(closed, at.fiber, (p,), *_angles(at)) for p in (0, 1)]
         found = jnp.stack(jnp.broadcast_arrays(*each))[..., 0]
-        return _worst(found, exact.values[:2], peak)
+        return worst(found, exact.values[:2], peak)
 
     return jax.lax.map(one, (sample, at, peak)).max(0)
-
-
-DEGREES, WAVES = 32, 64
-"""Polynomials and wave numbers of the tables that are looked at."""
-
-_UNIFORM = 96
-"""Polynomials for what has no waves; it changes fast where cos theta_d is small."""
-
-
-@partial(jax.jit, static_argnames="model")
-def table_errors(
-    model: Model, ends: Floats, sample: Probe, peak: Floats
-) -> list[Floats]:
-    """For each part the error over the peak of a table, by degree and wave number.
-
-    Entry (j, k) of each is for all polynomials below j + 1 and waves to k: twice the
-    sum of the coefficients that are left out, interpolation included, and of what lies
-    beyond the last wave, times the largest M over the peak.
-    """
-    nodes = gauss_legendre_unit(ORDERS[-1])
-    eps = float(jnp.finfo(sample.phi.dtype).eps)
-
-    def tails(at, part):
-        beta = model.shape(at.fiber, part).beta_n
-        count, waves = (_UNIFORM, 0) if part == model.tail else (DEGREES, WAVES)
-        half = (ends[1] - ends[0]) / 2
-        points = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        cos = jnp.clip(ends[0] + half * (1 + jnp.asarray(points)), 0, 1)
-        here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
-        light = Attenuations(model, (part,), here)
-        if waves:
-            lobe = Seen(part, beta, jnp.ones((), beta.dtype))
-            values = series_of(lobe, light, here, nodes, waves)[..., 0]
-        else:
-            mean = GaussGamma(ORDERS[-1]).average(lambda at: light(at)[0], here)
-            values = mean / TURN
-        size = jnp.abs(spectrum(values))
-        kept = size.cumsum(0).cumsum(1)
-        more = jnp.arange(WAVES + 1, 4 * WAVES, dtype=beta.dtype)
-        damped = jnp.exp(-((more * beta) ** 2) / 2).sum() if waves else 0.0
-        beyond = 2 * kept[-1, 0] * damped
-        return 2 * (kept[-1, -1] - kept) + beyond + 8 * eps * kept[-1, -1]
-
-    def one(both):
-        at, exact = both
-        wide = in_float64(at)
-        found = []
-        each = longitudinal(model, wide.fiber, model.parts, wide.theta_i, wide.theta_o)
-        for part, along in zip(model.parts, each, strict=True):
-            steep = (along.max((-1, -2)) / jnp.where(exact > 0, exact, 1)).max()
-            found.append(tails(wide, part) * steep)
-        return found
-
-    return [x.max(0) for x in jax.lax.map(one, (sample, peak))]
 
 
 def _few(sample: Probe) -> Probe:
@@ -230,7 +170,7 @@ def density_error(model: Model, index: Any, sample: Probe, at: Floats) -> Floats
         where, expected = both
         found = pdf_model(tried, DEFAULT_STRATEGY, where.fiber, *_angles(where))
         peak = expected.max((-1, -2))
-        return _worst(found[None], expected[None], peak)[0]
+        return worst(found[None], expected[None], peak)[0]
 
     return jax.lax.map(one, (_few(sample), at)).max()
 
@@ -242,6 +182,6 @@ def plan_error(model: Model, sample: Probe, expected: Floats, peak: Floats) -> F
     def one(both):
         at, expected, peak = both
         found = evaluate_model(model, at.fiber, *_angles(at))
-        return _worst(found[None], expected[None], peak)[0]
+        return worst(found[None], expected[None], peak)[0]
 
     return jax.lax.map(one, (sample, expected, peak)).max()

@@ -14,7 +14,6 @@ from fiberjax.choices import (
     Search,
     averaging,
     choose,
-    cosines,
     predicted,
     rounded,
     unreachable,
@@ -27,6 +26,7 @@ from fiberjax.plans import Plan, Row
 from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
 from fiberjax.sharing import joined
+from fiberjax.truncation import sizes
 
 _SMOOTH = 0.05
 """Above this roughness the closed form is not tried."""
@@ -118,8 +118,7 @@ def _attempt(asked: Asked, tolerance: float) -> Plan:
 
     @cache
     def tables():
-        ends = jnp.asarray(cosines(scene))
-        return measured.table_errors(full, ends, asked.sample, asked.peak)
+        return sizes(asked, full, allowed / 2)
 
     choices = {k: choose(asked, k, search, tables, closed, allowed) for k in needed}
     left = tolerance - by_albedo[gone].sum()
