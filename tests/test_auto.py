@@ -227,8 +227,25 @@ def test_averages_hold_however_little_is_absorbed(tolerance):
     some, many = both(fj.auto(tolerance)), both(fj.GaussGamma(400))
     for eta in (1.05, 1.55, 3.0):
         for clear in CLEAR:
-            colors = jnp.array([clear, 2 * clear, 40 * clear])
+            # The first is clear: it has no layer.
+            colors = jnp.array([0.0, clear, 40 * clear])
             for found, exact in zip(some(colors, eta), many(colors, eta), strict=True):
                 scale = float(jnp.abs(exact).max())
                 bound = scale * max(tolerance, 1e-14)
                 np.testing.assert_allclose(found, exact, rtol=0, atol=bound)
+
+
+@pytest.mark.parametrize("order", [12, 24, 64])
+def test_few_nodes_are_not_spent_on_a_layer_they_cannot_resolve(order):
+    """The error of R, TT and TRT stays that of the order, whatever sigma_a is."""
+    theta_i = jnp.array([0.0, 0.5, 1.2])
+
+    def albedo(sigma_a, rule):
+        hair = fj.Fiber(1.55, 0.3, 0.3, -0.035, sigma_a)
+        return fj.albedo(hair, theta_i, rest=False, rule=rule)
+
+    bound = {12: 3e-4, 24: 2e-6, 64: 1e-12}[order]
+    for clear in CLEAR:
+        found = albedo(clear, fj.GaussGamma(order))
+        exact = albedo(clear, fj.GaussGamma(400))
+        np.testing.assert_allclose(found, exact, rtol=0, atol=bound)

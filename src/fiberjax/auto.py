@@ -53,6 +53,10 @@ class _Graded(GaussGamma):
     s_min: float = _WIDE
     s_max: float = math.inf
 
+    @property
+    def precision(self) -> float:
+        return self.tolerance
+
     def need(
         self, seen: Sequence[Seen], section: Section, detector: Detector
     ) -> Floats:

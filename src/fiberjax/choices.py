@@ -96,21 +96,28 @@ def averaging(
     Half of what is allowed is for optics, a priori: a sample has too few of the small
     sigma_a that ask for most. Half is for what is measured, rounding included.
     """
-    tolerance = min(max(float(allowed) / 2 / size, 1e-15), 1e-2)
+    tolerance = min(max(float(allowed) / 2 / max(size, allowed), 1e-15), 1e-2)
+    found = search.least(which, allowed / 2, enough(scene, tolerance))
+    if found is None:
+        return None
+    order = max(found[0], enough(scene, tolerance))
+    return Planned(order, tolerance), size * tolerance + found[1]
+
+
+def enough(scene: Scene, tolerance: float) -> int:
+    """Nodes of averages, a priori, in the fiber of a scene that asks for most."""
     low, high = scene.low("sigma_a"), scene.high("sigma_a")
 
     def worst(of, sigma_a):
         absorbing = None if scene.sigma_a is None else jnp.asarray(sigma_a)
         every = [jnp.asarray(eta) for eta in scene.ends("eta")]
-        return min(float(of(section_of(eta, eta, absorbing))) for eta in every)
+        return min(float(of(section_of(jnp.ones(()), eta, absorbing))) for eta in every)
 
     delta = worst(lambda at: grading(at, REST), high)
     # The clearest color that absorbs may be of any kind.
     near = worst(lambda at: layer(at, tolerance), max(low, 1e-30))
     scales = np.float64(delta), np.float64(min(delta, near))
-    order = math.ceil(averaged(*scales, math.log(1 / tolerance), np))
-    found = search.least(which, allowed / 2, order)
-    return found and (Planned(found[0], tolerance), size * tolerance + found[1])
+    return math.ceil(averaged(*scales, math.log(1 / tolerance), np))
 
 
 def _planned(scene: Scene, lobe: int, order: int) -> Planned:
@@ -134,7 +141,7 @@ def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
     rounding = float(np.finfo(scene.dtype).eps) * turns
     if rounding >= allowed:
         raise unreachable(scene, rounding)
-    tolerance = max(allowed - rounding, 1e-15)
+    tolerance = max(0.99 * float(allowed - rounding), 1e-15)
     if high < _NARROW and scene.detector == "normal":
         order = math.ceil(1.3 * math.log(1 / tolerance))
         rule = Windowed(order, tolerance)
@@ -194,7 +201,8 @@ def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> 
     if both:
         return min(both, key=lambda choice: choice.flops)
     if lobe is None:
-        raise unreachable(scene, search.errors(len(ORDERS) - 1)[part])
+        # Half of what is allowed is for what is measured.
+        raise unreachable(scene, 2 * search.errors(len(ORDERS) - 1)[part])
     return _narrow(scene, lobe, allowed)
 
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fiberjax.asking import NAMES
-from fiberjax.choices import predicted
+from fiberjax.choices import enough, predicted
 from fiberjax.counting import cost, operations
 from fiberjax.farfield import scattered
 from fiberjax.fiber import Fiber
@@ -56,7 +56,7 @@ def baseline(scene: Scene) -> Model:
         return Windowed(math.ceil(1.3 * math.log(1 / FULL)), FULL)
 
     rules = [((p,), rule(p)) for p in (0, 1, 2)]
-    rest = rules[-1][1] if isinstance(rules[-1][1], Planned) else Planned(64)
+    rest = Planned(enough(scene, FULL), FULL)
     return full_model(scene, ByLobe((*rules, ((None,), rest)), rest))
 
 

@@ -14,7 +14,7 @@ from fiberjax._types import Floats, lobe_number
 from fiberjax.circular import wrap
 from fiberjax.crossings import half_turns
 from fiberjax.detectors import Detector
-from fiberjax.orders import REST
+from fiberjax.orders import REST, resolved
 from fiberjax.quadrature import Nodes, gauss_legendre_unit, weighted_sum
 from fiberjax.rules import (
     Case,
@@ -141,14 +141,15 @@ class GaussGamma(Rule):
 
     h = sin gamma removes the infinite slope of Phi at |h| = 1, and
     pi/2 - gamma = delta sinh z resolves the fast change of the Fresnel terms and of the
-    absorption there (`grading`): convergence is geometric once the spacing of the nodes
-    is below the roughness. Where the density has a kink the range is split there, and
-    the rule is applied to each of the parts: 2 for R and TT, 4 for TRT.
+    absorption there (`grading`, and for averages `layer`): convergence is geometric
+    once the spacing of the nodes is below the roughness. Where the density has a kink
+    the range is split there, and the rule is applied to each of the parts: 2 for R and
+    TT, 4 for TRT.
 
     Args:
         order: number of nodes on [0, pi/2], or on each part of it, >= 1.
-        tolerance: error allowed in the density, relative to its peak, in (0, 1); None
-            for that of the dtype.
+        tolerance: error allowed in the density, relative to its peak, and in averages,
+            in (0, 1); None for that of the dtype, or of the order.
 
     Raises:
         ValueError: order is not an integer >= 1, or tolerance lies outside (0, 1).
@@ -168,7 +169,7 @@ class GaussGamma(Rule):
             return weight(offset).times(share)
 
         dtype = section.cos.dtype
-        precision = max(self.tolerance or 0.0, float(jnp.finfo(dtype).eps))
+        precision = max(self.precision, float(jnp.finfo(dtype).eps))
         offsets = graded_offsets(layer(section, precision))
         nodes = self.mean_nodes(section)
         return stacked(sum_over(term, offsets, nodes, dtype))
@@ -176,6 +177,11 @@ class GaussGamma(Rule):
     def convolve(self, seen, weights, phi, section, detector):
         cases = self.cases(weights, phi, section, detector)
         return by_case(seen, cases, answer(seen, weights, phi, section))
+
+    @property
+    def precision(self) -> float:
+        """What an average can be good to: a layer below that is not looked at."""
+        return max(self.tolerance or 0.0, resolved(self.order))
 
     def mean_nodes(self, section: Section) -> Nodes:
         """The nodes for an average."""

@@ -25,8 +25,7 @@ ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 
 """The numbers of nodes that are tried."""
 
 _AVERAGES = GaussGamma(192)
-"""For what has no azimuth: what is left of many segments with little absorption changes
-at grazing over a distance that `auto` does not know."""
+"""For what has no azimuth: not the rule whose numbers of nodes are to be found."""
 
 _SOME = 4
 """Every so many fibers are enough for a density."""

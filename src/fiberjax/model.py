@@ -173,7 +173,7 @@ def longitudinal(
         return [M(cone(theta_i, x), theta_o, x.beta_m**2) for x in shapes]
     angles = numerics.sin_cos(theta_i), numerics.sin_cos(theta_o)
     # XLA would compute them anew in every M.
-    (sin, cos), out = programs.apart(angles, angles[1][1])
+    (sin, cos), out = programs.apart(angles, fiber.eta)
     opposite, out = Inclination(-sin, cos), Inclination(*out)
 
     def along(shape):

@@ -58,17 +58,27 @@ def turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
 LAYER = 0.16
 """Nodes of an average for each e-fold of error and of the grading of its layer."""
 
+_FEWEST = FIT.least + FIT.segment * REST
 
-def averaged(delta: Any, layer: Any, digits: Any, xp: Any, fit: Fit = FIT):
+
+def averaged(delta: Any, layer: Any, digits: Any, xp: Any):
     """Nodes of an average for an error below exp(-digits), relative to it.
 
     As `needed` for what changes over `delta`, and for the rest, which changes over
     `layer` but is small there: fewer are needed for that.
     """
-    smooth = needed(0.0, delta, REST, digits, xp, fit)
+    smooth = needed(0.0, delta, REST, digits, xp)
     stretch = xp.arcsinh(math.pi / 2 / layer)
-    small = fit.least + fit.segment * REST + LAYER * stretch * digits
-    return xp.maximum(smooth, small)
+    return xp.maximum(smooth, _FEWEST + LAYER * stretch * digits)
+
+
+def resolved(order: int) -> float:
+    """The tolerance to which so many nodes have the layer of that tolerance.
+
+    `averaged` for the layer tolerance^(2/5), solved.
+    """
+    linear, more = math.log(math.pi) / 0.8, max(order - _FEWEST, 0) / (0.4 * LAYER)
+    return math.exp(linear - math.sqrt(linear * linear + more))
 
 
 def needed(turns: Any, delta: Any, p: Any, digits: Any, xp: Any, fit: Fit = FIT):

@@ -14,6 +14,7 @@ from fiberjax.choices import (
     Search,
     averaging,
     choose,
+    enough,
     predicted,
     rounded,
     unreachable,
@@ -50,7 +51,7 @@ def _density_rule(asked: Asked, kept: Model) -> tuple[Rule, float]:
     low = min(scene.roughness("n", p)[0] for p in lobes)
     high = max(scene.roughness("n", p)[1] for p in lobes)
     if predicted(scene, max(lobes), tolerance) <= 2 * ORDERS[-1]:
-        found = search.least(0, tolerance)
+        found = search.least(0, tolerance, enough(scene, tolerance))
         if found is not None:
             order, bound = found
             density = min(density_tolerance(scene, p) for p in lobes)
@@ -67,8 +68,9 @@ def plan(scene: Scene) -> Plan:
     windows and `auto` that meets its part of the tolerance. Bounds are `MARGIN` times
     the largest error on a sample of 64 fibers, the corners of the ranges and points
     between, of 6 theta_i, 16 theta_o and 40 phi each, against the full model in
-    float64; those of formulas are a priori. They add up to less than the tolerance, and
-    the plan is held against the full model on a second sample.
+    float64; those of formulas are a priori, and half of those of averages. They add up
+    to less than the tolerance, and the plan is held against the full model on a second
+    sample.
 
     Args:
         scene: what will be asked for.
@@ -124,7 +126,7 @@ def _attempt(asked: Asked, tolerance: float) -> Plan:
     left = tolerance - by_albedo[gone].sum()
     mean = averaging(scene, search, len(NAMES), 1.0, left)
     if mean is None:
-        raise unreachable(scene, float(search.errors(len(ORDERS) - 1)[-1]))
+        raise unreachable(scene, 2 * float(search.errors(len(ORDERS) - 1)[-1]))
     rules = [(None if k == TAIL else k, c.rule) for k, c in choices.items()]
     lobes = tuple(k for k in needed if k != TAIL)
     sample, peak = asked.sample, asked.peak

@@ -175,7 +175,7 @@ def whole_shape(
 def answer(
     seen: Sequence[Seen | Uniform], weights: Weights, phi: Floats, section: Section
 ) -> jax.ShapeDtypeStruct:
-    """Shape and dtype of what `Rule.convolve` returns."""
+    """Shape and dtype of what `Rule.total` and `Rule.convolve` return."""
     number = jnp.zeros((), phi.dtype)
     some = jax.eval_shape(weights, Offset(number, number, number))[0]
     shape = (*whole_shape(seen, phi, section), len(some.colors))

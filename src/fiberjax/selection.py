@@ -207,7 +207,7 @@ def offset_ratio(density: OffsetDensity, offset: Offset) -> Floats:
 def direction_weights(
     model: Model, strategy: str, fiber: Fiber, theta_i: Floats, theta_o: Floats
 ) -> tuple[Any, Floats]:
-    """What `Rule.convolve` integrates to the pdf of a strategy that chooses again.
+    """What `Rule.total` integrates to the pdf of a strategy that chooses again.
 
     Weights r(h) (sum_p w_p M_p) M_q A_q/(sum M A), and the factor they lack.
     """

@@ -48,9 +48,9 @@ def joined(
 
     cuts = _cuts(len(nodes))
     ways = [[nodes[a:b] for a, b in pairwise(ends)] for ends in cuts]
-    each = ([shared(group) for group in way] for way in sorted(ways, key=cost))
+    tried = ([shared(group) for group in way] for way in sorted(ways, key=cost))
     # Every lobe by itself holds.
-    found = next(x for x in each if all(len(g[0]) == 1 or holds(g) for g in x))
+    found = next(x for x in tried if all(len(g[0]) == 1 or holds(g) for g in x))
     return tuple(sorted([*found, *others], key=lambda x: str(x[0])))
 
 
@@ -66,5 +66,5 @@ def _together(tables: Mapping[int | None, Tabled]) -> Tabled:
 def _cuts(count: int) -> list[list[int]]:
     """All ways to cut a sequence, as places of the cuts with both ends."""
     inner = range(1, count)
-    some = [x for k in range(count) for x in combinations(inner, k)] or [()]
+    some = [x for k in range(max(count, 1)) for x in combinations(inner, k)]
     return [sorted({0, *x, count}) for x in some]

@@ -23,12 +23,15 @@ _EXACT = jax.lax.Precision.HIGHEST
 _MANY = 16
 """A table pays where there are so many directions to a polynomial."""
 
+_UNROLLED = 1 << 13
+"""Entries in one program: that of more takes longer to compile than it saves."""
+
 
 class Span(NamedTuple):
     """The size of the table of one lobe.
 
     p       the lobe; None for what is uniform in azimuth
-    order   nodes on [0, pi/2] for each entry
+    order   nodes on [0, pi/2] for each entry, if it has a p
     degree  the highest polynomial
     terms   the highest wave number
     """
@@ -44,14 +47,15 @@ class Tabled(Rule):
     """Tables of N made within the call, where many directions share one fiber.
 
     Chebyshev polynomials in |cos theta_d| times a cosine series in phi, for each lobe
-    by itself. N is analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the real axis,
-    so that few polynomials will do, and a value is a product of two short vectors with
-    a matrix. Derivatives in the fiber pass through the tables alone.
+    by itself. N of a lobe is analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the
+    real axis, so that few polynomials will do, and a value is a product of two short
+    vectors with a matrix. Derivatives in the fiber pass through the tables alone.
 
     Args:
         spans: one for each lobe.
         low, high: range of |cos theta_d|.
-        otherwise: the rule where directions are few, or weights no `Attenuations`.
+        otherwise: the rule where directions are few, or weights no `Attenuations`, and
+            for the entries of what is uniform.
     """
 
     spans: tuple[Span, ...]
@@ -69,7 +73,8 @@ class Tabled(Rule):
         shape = whole_shape(seen, phi, section)
         lobes = [x for x in seen if isinstance(x, Seen)]
         one = section.eta.ndim == 0 and all(x.beta_n.ndim == 0 for x in lobes)
-        many = math.prod(shape) >= _MANY * (max(x.degree for x in self.spans) + 1)
+        degrees = sum(span.degree + 1 for span in self.spans)
+        many = math.prod(shape) * len(self.spans) >= _MANY * degrees
         if not (one and many and isinstance(weights, Attenuations)) or detector.kink:
             return self.otherwise.total(seen, weights, phi, section, detector)
         spans = {span.p: span for span in self.spans}
@@ -133,8 +138,10 @@ def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]
     x of the polynomials, cos(phi) of the waves. One loop over directions for each color
     of each table, which stores nothing on its way.
     """
+    if sum(table.size for table in tables) > _UNROLLED:
+        return _read_in_blocks(tables, x, ripple, factors)
     # What they are computed from would be computed in every loop.
-    x, ripple, factors = programs.apart((x, ripple, factors), x)
+    x, ripple, factors = programs.apart((x, ripple, factors), ripple)
     at = polynomials(x, max(map(len, tables)))
     waves = polynomials(ripple, max(table.shape[1] for table in tables))
 
@@ -142,7 +149,7 @@ def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]
         rows = (reduce(jnp.add, map(jnp.multiply, at, row)) for row in table.T)
         found = factor * reduce(jnp.add, map(jnp.multiply, waves, rows))
         # All together they would be one loop that computes every color for each.
-        return programs.apart(found, x)
+        return programs.apart(found, ripple)
 
     def colors(table, factor):
         return [color(table[..., k], factor) for k in range(table.shape[2])]

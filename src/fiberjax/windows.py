@@ -16,7 +16,7 @@ from fiberjax.quadrature import chosen, gauss_legendre_unit, stretched_unit
 from fiberjax.rules import Rule, answer, check_tolerance, lobe_by_lobe
 from fiberjax.section import deflection, stacked
 
-_SMOOTH = GaussGamma(64)
+_SMOOTH = GaussGamma(96)
 """For what does not depend on azimuth."""
 
 _CALM = 0.6
