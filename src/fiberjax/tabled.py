@@ -1,7 +1,6 @@
 """The rule for many directions of one fiber: a table of N made within the call."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import reduce
 from typing import NamedTuple
@@ -16,15 +15,12 @@ from fiberjax.circular import sin_cos
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import gauss_legendre_unit
 from fiberjax.rules import Rule, Seen, Uniform, answer, name, whole_shape
-from fiberjax.section import section_of, stacked
+from fiberjax.section import section_of
 from fiberjax.series import many_phi, series_of, synthesis
 
 _EXACT = jax.lax.Precision.HIGHEST
 _MANY = 16
 """A table pays where there are so many directions to a polynomial."""
-
-_UNROLLED = 1 << 13
-"""Entries in one program: that of more takes longer to compile than it saves."""
 
 
 class Span(NamedTuple):
@@ -135,11 +131,9 @@ class Tabled(Rule):
 def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]):
     """Tables times factors at directions of any kind, with colors last.
 
-    x of the polynomials, cos(phi) of the waves. One loop over directions for each color
-    of each table, which stores nothing on its way.
+    x of the polynomials, cos(phi) of the waves. One loop over colors and directions for
+    each table, which stores nothing on its way.
     """
-    if sum(table.size for table in tables) > _UNROLLED:
-        return _read_in_blocks(tables, x, ripple, factors)
     # What they are computed from would be computed in every loop.
     x, ripple, factors = programs.apart((x, ripple, factors), ripple)
     at = polynomials(x, max(map(len, tables)))
@@ -147,22 +141,14 @@ def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]
 
     def color(table, factor):
         rows = (reduce(jnp.add, map(jnp.multiply, at, row)) for row in table.T)
-        found = factor * reduce(jnp.add, map(jnp.multiply, waves, rows))
-        # All together they would be one loop that computes every color for each.
-        return programs.apart(found, ripple)
+        return factor * reduce(jnp.add, map(jnp.multiply, waves, rows))
 
     def colors(table, factor):
-        return [color(table[..., k], factor) for k in range(table.shape[2])]
+        return jax.vmap(color, (2, None))(table, factor)
 
-    return _joined(map(colors, tables, factors))
-
-
-def _joined(tables: Iterable[list[Floats]]) -> Floats:
-    """The sum of tables, of one color or all, with colors last."""
-    found = list(tables)
-    count = max(map(len, found))
-    sums = zip(*(x if len(x) == count else x * count for x in found), strict=True)
-    return stacked([reduce(jnp.add, each) for each in sums])
+    # With colors last they would be loops that compute every color for each.
+    found = programs.apart(list(map(colors, tables, factors)), ripple)
+    return jnp.moveaxis(reduce(jnp.add, found), 0, -1)
 
 
 def _read_in_blocks(tables, x, ripple, factors):
@@ -179,9 +165,9 @@ def _read_in_blocks(tables, x, ripple, factors):
             rows = jnp.tensordot(flat, along[: len(table)], 1, precision=_EXACT)
             count = table.shape[2]
             each = (map(jnp.multiply, waves, rows[k::count]) for k in range(count))
-            return [factor * reduce(jnp.add, one) for one in each]
+            return jnp.stack([factor * reduce(jnp.add, one) for one in each])
 
-        return _joined(map(colors, tables, factors))
+        return jnp.moveaxis(reduce(jnp.add, map(colors, tables, factors)), 0, -1)
 
     return programs.in_blocks(value, (x, ripple, factors))
 

@@ -26,7 +26,7 @@ from fiberjax.tabled import polynomials, spectrum
 DEGREES, WAVES = 32, 64
 """Polynomials and wave numbers of the tables that are looked at."""
 
-_UNIFORM = 96
+_UNIFORM = 192
 """Polynomials for what has no waves; it changes fast where cos theta_d is small."""
 
 
