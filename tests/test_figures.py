@@ -545,11 +545,9 @@ def test_memory_does_not_grow_with_queries():
             for row in of_queries
             if row["form"] == form
         }
-        grown = peaks[10_000_000] - peaks[100_000]
-        assert grown < 64
-        said.append(f"{grown:.0f} MB")
-    assert f"10,000,000 queries take {said[0]} more than 100,000" in text
-    assert f"{said[1]} in a plan" in text
+        assert peaks[10_000_000] < peaks[100_000] + 16
+        said.append(f"{min(peaks.values()):.0f} to {max(peaks.values()):.0f} MB")
+    assert f"a process takes {said[0]}, {said[1]} with a plan" in text
 
 
 def test_programs_by_hand_keep_the_promise():
