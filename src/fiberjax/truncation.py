@@ -113,7 +113,7 @@ def _errors(
         each = longitudinal(model, wide.fiber, model.parts, *where)
         for part, along in enumerate(each):
             values, (degree, terms) = tables[part], sizes[part]
-            j, k = (jnp.arange(n) for n in values.shape)
+            j, k = (jnp.arange(n, dtype=x.dtype) for n in values.shape)
             kept = jnp.where((j[:, None] <= degree) & (k <= terms), values, 0)
             at_cos = jnp.stack(polynomials(x, len(j)))
             waves = jnp.cos(k[:, None] * wide.phi[0, 0])
