@@ -287,6 +287,7 @@ FLOORS = (
     {"section"},
     {"crossings"},
     {"rules", "roots"},
+    {"cases"},
     {"graded", "textbook"},
     {"series", "windows"},
     {"auto"},

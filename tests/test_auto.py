@@ -244,7 +244,7 @@ def test_few_nodes_are_not_spent_on_a_layer_they_cannot_resolve(order):
         hair = fj.Fiber(1.55, 0.3, 0.3, -0.035, sigma_a)
         return fj.albedo(hair, theta_i, rest=False, rule=rule)
 
-    bound = {12: 3e-4, 24: 2e-6, 64: 1e-12}[order]
+    bound = {12: 1e-8, 24: 1e-12, 64: 1e-14}[order]
     for clear in CLEAR:
         found = albedo(clear, fj.GaussGamma(order))
         exact = albedo(clear, fj.GaussGamma(400))

@@ -10,18 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from fiberjax._types import Floats
+from fiberjax.cases import Case, by_case
 from fiberjax.detectors import Detector
 from fiberjax.graded import GaussGamma, grading, highest, layer
 from fiberjax.orders import REST, averaged, needed, turning
 from fiberjax.quadrature import TOGETHER, Nodes, chosen, gauss_legendre_unit
-from fiberjax.rules import (
-    Case,
-    Rule,
-    Seen,
-    answer,
-    by_case,
-    check_tolerance,
-)
+from fiberjax.rules import Rule, Seen, answer, check_tolerance
 from fiberjax.section import Section
 from fiberjax.series import many_phi, series
 from fiberjax.windows import Windowed

@@ -141,6 +141,7 @@ def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
     rounding = float(np.finfo(scene.dtype).eps) * turns
     if rounding >= allowed:
         raise unreachable(scene, rounding)
+    # Less by a little, so that the bounds of a plan cannot add up to more by rounding.
     tolerance = max(0.99 * float(allowed - rounding), 1e-15)
     if high < _NARROW and scene.detector == "normal":
         order = math.ceil(1.3 * math.log(1 / tolerance))

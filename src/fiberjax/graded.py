@@ -11,23 +11,13 @@ import numpy as np
 
 from fiberjax import numerics
 from fiberjax._types import Floats, lobe_number
+from fiberjax.cases import Case, by_case, by_form, lobe_by_lobe
 from fiberjax.circular import wrap
 from fiberjax.crossings import half_turns
 from fiberjax.detectors import Detector
 from fiberjax.orders import REST, resolved
 from fiberjax.quadrature import Nodes, gauss_legendre_unit, weighted_sum
-from fiberjax.rules import (
-    Case,
-    Rule,
-    Seen,
-    Weights,
-    answer,
-    by_case,
-    by_form,
-    check_tolerance,
-    lobe_by_lobe,
-    whole_shape,
-)
+from fiberjax.rules import Rule, Seen, Weights, answer, check_tolerance, whole_shape
 from fiberjax.section import Offset, Section, stacked
 
 

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 
 from fiberjax import numerics
 from fiberjax.auto import Auto
+from fiberjax.cases import lobe_by_lobe
 from fiberjax.graded import GaussGamma
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import Nodes, chosen, gauss_legendre_unit
 from fiberjax.roots import rays
-from fiberjax.rules import Rule, lobe_by_lobe, name
+from fiberjax.rules import Rule, name
 from fiberjax.section import stacked
 from fiberjax.series import many_phi, series
 from fiberjax.tabled import Span, Tabled

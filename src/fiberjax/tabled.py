@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -77,7 +77,7 @@ class Tabled(Rule):
 
         def table(k, one):
             span = spans[name(one)]
-            cos = self._cosines(span.degree + 1, phi.dtype)
+            cos = points(span.degree + 1, self.low, self.high).astype(phi.dtype)
             here = section_of(cos, section.eta, section.sigma_a)
             light = weights.only([k]).at(here)
             if isinstance(one, Seen):
@@ -94,14 +94,8 @@ class Tabled(Rule):
         found = self._on_grid(shape, *where) if grid else self._at_each(*where)
         return jnp.broadcast_to(found, answer(seen, weights, phi, section).shape)
 
-    def _cosines(self, count: int, dtype) -> Floats:
-        """Where N is computed: Chebyshev's points of the range."""
-        at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        half = (self.high - self.low) / 2
-        return jnp.asarray(np.clip(self.low + half * (1 + at), 0, 1), dtype)
-
     def _at_each(self, tables, cos, phi, factors):
-        x = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
+        x = scaled(cos, self.low, self.high)
         return _read(tables, x, sin_cos(phi)[1], factors)
 
     def _on_grid(self, shape, tables, cos, phi, factors):
@@ -110,7 +104,7 @@ class Tabled(Rule):
         cos, *factors = (
             x.reshape((1,) * (len(shape) - x.ndim) + x.shape) for x in (cos, *factors)
         )
-        x = (2 * cos - (self.high + self.low)) / max(self.high - self.low, 1e-9)
+        x = scaled(cos, self.low, self.high)
         along = jnp.stack(polynomials(x, max(map(len, tables))))
         most = max(table.shape[1] for table in tables)
 
@@ -176,6 +170,17 @@ def _read_in_blocks(tables, x, ripple, factors):
 def _read_jvp(primals, tangents):
     # The loops would keep all polynomials and waves for the reverse pass.
     return jax.jvp(_read_in_blocks, primals, tangents)
+
+
+def points(count: int, low: Any, high: Any) -> Floats:
+    """Chebyshev's points of a range of cosines."""
+    at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    return jnp.clip(low + (high - low) / 2 * (1 + jnp.asarray(at)), 0, 1)
+
+
+def scaled(cos: Floats, low: Any, high: Any) -> Floats:
+    """A cosine of the range, moved to [-1, 1], as `cosines` has it."""
+    return (2 * cos - (high + low)) / (high - low)
 
 
 def spectrum(values: Floats) -> Floats:

@@ -6,8 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fiberjax._types import Floats, lobe_number
+from fiberjax.cases import by_case, by_form
 from fiberjax.quadrature import Nodes, gauss_legendre, weighted_sum
-from fiberjax.rules import Rule, answer, by_case, by_form
+from fiberjax.rules import Rule, answer
 from fiberjax.section import Offset, stacked
 
 

@@ -21,7 +21,7 @@ from fiberjax.rules import Seen
 from fiberjax.scenes import Scene
 from fiberjax.section import section_of
 from fiberjax.series import series_of
-from fiberjax.tabled import polynomials, spectrum
+from fiberjax.tabled import points, polynomials, scaled, spectrum
 
 DEGREES, WAVES = 32, 64
 """Polynomials and wave numbers of the tables that are looked at."""
@@ -52,9 +52,7 @@ def _tables(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Tables:
 
     def table(at, part):
         count, waves = (_UNIFORM, 0) if part == model.tail else (DEGREES, WAVES)
-        half = (ends[1] - ends[0]) / 2
-        points = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        cos = jnp.clip(ends[0] + half * (1 + jnp.asarray(points)), 0, 1)
+        cos = points(count, *ends)
         here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
         light = Attenuations(model, (part,), here)
         beta = model.shape(at.fiber, part).beta_n
@@ -108,7 +106,7 @@ def _errors(
         wide = in_float64(at)
         where = wide.theta_i, wide.theta_o
         cos = model.section(wide.fiber, *where).cos[..., 0]
-        x = (2 * cos - (ends[1] + ends[0])) / (ends[1] - ends[0])
+        x = scaled(cos, *ends)
         found = []
         each = longitudinal(model, wide.fiber, model.parts, *where)
         for part, along in enumerate(each):

@@ -9,11 +9,12 @@ import jax.numpy as jnp
 
 from fiberjax import programs
 from fiberjax._types import lobe_number
+from fiberjax.cases import lobe_by_lobe
 from fiberjax.circular import TURN, wrap
 from fiberjax.crossings import Piece, inverse, pieces
 from fiberjax.graded import GaussGamma, grading, offsets_between, sum_over
 from fiberjax.quadrature import chosen, gauss_legendre_unit, stretched_unit
-from fiberjax.rules import Rule, answer, check_tolerance, lobe_by_lobe
+from fiberjax.rules import Rule, answer, check_tolerance
 from fiberjax.section import deflection, stacked
 
 _SMOOTH = GaussGamma(96)
