@@ -13,7 +13,7 @@ from fiberjax import numerics
 from fiberjax._types import Floats
 from fiberjax.spherical import Inclination, density, slopes, turning, versine
 
-_SHIFTS = (1.0, 2.0, 4.0, 8.0)
+_SCALES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 _MOST = 40
 _POINTS = 2000
 
@@ -25,33 +25,34 @@ def _places(low: float, high: float, count: int) -> np.ndarray:
 
 @cache
 def _polynomial(low: float, high: float, tolerance: float) -> tuple[float, ...]:
-    """I0e(a) sqrt(1 + 2 pi a): (shift, both ends of w, coefficients of a polynomial).
+    """I0e(a)/t, t = 1/sqrt(1 + scale a): scale, both ends of t, coefficients.
 
-    w = a/(a + shift), moved to [-1, 1], is bounded for all a, and the function tends to
-    1 at both ends. The shift is the one that needs the fewest terms.
+    Of a polynomial in t, moved to [-1, 1]. t is bounded for all a, and the function is
+    smooth in it at both ends: I0e is a series in 1/a over sqrt(a) for large a. The
+    scale is the one that needs the fewest terms.
     """
     a = _places(low, high, _POINTS)
     best: tuple[float, ...] | None = None
-    for shift in _SHIFTS:
-        ends = low / (low + shift), high / (high + shift)
+    for scale in _SCALES:
+        ends = tuple(1 / math.sqrt(1 + scale * x) for x in (high, low))
         if ends[1] - ends[0] < 1e-9:
             ends = ends[0] - 1e-9, ends[1] + 1e-9
 
-        def value(a, shift=shift, ends=ends):
-            w = (a / (a + shift) - ends[0]) / (ends[1] - ends[0])
-            return 2 * w - 1, i0e(a) * np.sqrt(1 + 2 * np.pi * a)
+        def value(a, scale=scale, ends=ends):
+            t = 1 / np.sqrt(1 + scale * a)
+            return (2 * t - ends[1] - ends[0]) / (ends[1] - ends[0]), i0e(a) / t
 
         s, f = value(a)
         for count in range(1, _MOST):
             node = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-            w = (node + 1) / 2 * (ends[1] - ends[0]) + ends[0]
-            _, exact = value(shift * w / (1 - w))
+            t = (node + 1) / 2 * (ends[1] - ends[0]) + ends[0]
+            _, exact = value(np.maximum(1 / (t * t) - 1, 0) / scale)
             fit = np.polynomial.chebyshev.chebfit(node, exact, count - 1)
             error = np.abs(np.polynomial.chebyshev.chebval(s, fit) / f - 1).max()
             if error <= tolerance:
                 power = np.polynomial.chebyshev.cheb2poly(fit)
                 if best is None or len(power) < len(best) - 3:
-                    best = (shift, *ends, *map(float, power))
+                    best = (scale, *ends, *map(float, power))
                 break
     if best is None:
         raise ValueError(f"tolerance = {tolerance}: must be above the rounding of I0")
@@ -78,11 +79,10 @@ class Along:
 
     def bessel(self, a: Floats) -> Floats:
         """exp(-|a|) I0(a)."""
-        shift, low, high, *power = _polynomial(self.low, self.high, self.tolerance)
-        size = jnp.abs(a)
-        w = size / (size + shift)
-        s = (2 / (high - low)) * w - (high + low) / (high - low)
-        return numerics.power_series(power, s) / jnp.sqrt(1 + 2 * math.pi * size)
+        scale, low, high, *power = _polynomial(self.low, self.high, self.tolerance)
+        t = 1 / jnp.sqrt(1 + scale * jnp.abs(a))
+        s = (2 / (high - low)) * t - (high + low) / (high - low)
+        return numerics.power_series(power, s) * t
 
     def M(self, cone: Inclination, out: Inclination, v: Floats) -> Floats:
         """`fiberjax.M` of sines and cosines; derivatives of its logarithm are exact."""
