@@ -11,10 +11,13 @@ import pytest
 
 import fiberjax as fj
 from fiberjax.choices import enough
+from fiberjax.detectors import DETECTORS
 from fiberjax.farfield import evaluate_model
-from fiberjax.model import Model
+from fiberjax.model import Attenuations, Model
 from fiberjax.planned import ByLobe, Closed, Planned, as_data, from_data
+from fiberjax.rules import Uniform
 from fiberjax.scene import Scene
+from fiberjax.section import section
 from fiberjax.sharing import joined
 from fiberjax.tabled import Span, Tabled, spectrum
 
@@ -111,6 +114,23 @@ def test_a_direction_out_of_the_range_spoils_no_other():
     theta_i[0], theta_o[0] = -1.5, 1.5
     found = value(theta_i, theta_o, phi)
     np.testing.assert_array_equal(found[1:], inside[1:])
+
+
+@pytest.mark.parametrize("sigma_a", [0.0, 1e-5, 1e-3, 0.1, 2.0])
+def test_what_is_uniform_takes_few_polynomials(sigma_a):
+    """However fast it changes at grazing."""
+    few = Tabled((Span(None, 64, 23, 0),), 0.0, 1.0, NODES)
+    wide, grazing = jnp.linspace(0, 1.5, 300), jnp.linspace(1.5, 1.5707, 300)
+    theta_d = jnp.append(wide, grazing)
+
+    def rest(rule):
+        here = section(theta_d, jnp.asarray(1.55), jnp.asarray([sigma_a]))
+        light = Attenuations(model(TOGETHER), (3,), here)
+        seen = [Uniform(jnp.ones(()))]
+        return rule.total(seen, light, jnp.ones(600), here, DETECTORS["normal"])
+
+    exact = rest(NODES)
+    np.testing.assert_allclose(rest(few), exact, 0, 3e-4 * float(exact.max()))
 
 
 def test_lobes_share_nodes_where_that_holds():

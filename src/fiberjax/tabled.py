@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 import jax
@@ -21,6 +21,10 @@ from fiberjax.series import many_phi, series_of, synthesis
 _EXACT = jax.lax.Precision.HIGHEST
 _MANY = 16
 """A table pays where there are so many directions to a polynomial."""
+
+_NEAR = 1e-3
+"""What is uniform changes fast near cos theta_d = 0 where little is absorbed: it is a
+series in sqrt(cos theta_d + _NEAR), of about as many terms for any sigma_a."""
 
 
 class Span(NamedTuple):
@@ -43,9 +47,10 @@ class Tabled(Rule):
     """Tables of N made within the call, where many directions share one fiber.
 
     Chebyshev polynomials in |cos theta_d| times a cosine series in phi, for each lobe
-    by itself. N of a lobe is analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the
-    real axis, so that few polynomials will do, and a value is a product of two short
-    vectors with a matrix. Derivatives in the fiber pass through the tables alone.
+    by itself; what is uniform takes polynomials in a root of it. N of a lobe is
+    analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the real axis, so that few will
+    do, and a value is a product of two short vectors with a matrix. Derivatives in the
+    fiber pass through the tables alone.
 
     Args:
         spans: one for each lobe.
@@ -77,7 +82,8 @@ class Tabled(Rule):
 
         def table(k, one):
             span = spans[name(one)]
-            cos = points(span.degree + 1, self.low, self.high).astype(phi.dtype)
+            ends = self.low, self.high, span.p is None
+            cos = points(span.degree + 1, *ends).astype(phi.dtype)
             here = section_of(cos, section.eta, section.sigma_a)
             light = weights.only([k]).at(here)
             if isinstance(one, Seen):
@@ -87,61 +93,59 @@ class Tabled(Rule):
             mean = self.otherwise.total(alone, light, 0 * cos, here, detector)
             return spectrum(mean[:, None])
 
+        def place(one):
+            return scaled(section.cos, self.low, self.high, isinstance(one, Uniform))
+
         tables = [table(k, one) for k, one in enumerate(seen)]
         factors = [one.factor for one in seen]
-        where = tables, section.cos, phi, factors
-        grid = many_phi(seen, phi, section)
-        found = self._on_grid(shape, *where) if grid else self._at_each(*where)
+        read = partial(_on_grid, shape) if many_phi(seen, phi, section) else _read
+        found = read(tables, [*map(place, seen)], sin_cos(phi)[1], factors)
         return jnp.broadcast_to(found, answer(seen, weights, phi, section).shape)
 
-    def _at_each(self, tables, cos, phi, factors):
-        x = scaled(cos, self.low, self.high)
-        return _read(tables, x, sin_cos(phi)[1], factors)
 
-    def _on_grid(self, shape, tables, cos, phi, factors):
-        """The tables times factors, with colors last, where many phi share a cosine."""
+def _on_grid(shape, tables, x, ripple, factors):
+    """`_read` where many phi share a cosine, for results of a shape without colors."""
+    most = max(table.shape[1] for table in tables)
+
+    def spread(at):
         # Waves come first, so that axes of others do not meet them.
-        cos, *factors = (
-            x.reshape((1,) * (len(shape) - x.ndim) + x.shape) for x in (cos, *factors)
-        )
-        x = scaled(cos, self.low, self.high)
-        along = jnp.stack(polynomials(x, max(map(len, tables))))
-        most = max(table.shape[1] for table in tables)
+        return at.reshape((1,) * (len(shape) - at.ndim) + at.shape)
 
-        def rows(table, factor):
-            """Coefficients of the waves, which come first."""
-            at = along[: len(table)]
-            found = jnp.einsum("k...,kwc->w...c", at, table, precision=_EXACT)
-            found = found * factor[..., None]
-            spare = [(0, most - len(found))] + [(0, 0)] * (found.ndim - 1)
-            return jnp.pad(found, spare)
+    def rows(table, x, factor):
+        """Coefficients of the waves, which come first."""
+        at = jnp.stack(polynomials(spread(x), len(table)))
+        found = jnp.einsum("k...,kwc->w...c", at, table, precision=_EXACT)
+        found = found * spread(factor)[..., None]
+        spare = [(0, most - len(found))] + [(0, 0)] * (found.ndim - 1)
+        return jnp.pad(found, spare)
 
-        total = reduce(jnp.add, map(rows, tables, factors))
-        waves = jnp.stack(polynomials(sin_cos(phi)[1], most))
-        return synthesis(waves, total, shape)
+    total = reduce(jnp.add, map(rows, tables, x, factors))
+    return synthesis(jnp.stack(polynomials(ripple, most)), total, shape)
 
 
 @jax.custom_jvp
-def _read(tables: list[Floats], x: Floats, ripple: Floats, factors: list[Floats]):
+def _read(
+    tables: list[Floats], x: list[Floats], ripple: Floats, factors: list[Floats]
+) -> Floats:
     """Tables times factors at directions of any kind, with colors last.
 
-    x of the polynomials, cos(phi) of the waves. One loop over colors and directions for
-    each table, which stores nothing on its way.
+    x of the polynomials of each, cos(phi) of the waves. One loop over colors and
+    directions for each table, which stores nothing on its way.
     """
     # What they are computed from would be computed in every loop.
     x, ripple, factors = programs.apart((x, ripple, factors), ripple)
-    at = polynomials(x, max(map(len, tables)))
     waves = polynomials(ripple, max(table.shape[1] for table in tables))
 
-    def color(table, factor):
+    def color(table, x, factor):
+        at = polynomials(x, len(table))
         rows = (reduce(jnp.add, map(jnp.multiply, at, row)) for row in table.T)
         return factor * reduce(jnp.add, map(jnp.multiply, waves, rows))
 
-    def colors(table, factor):
-        return jax.vmap(color, (2, None))(table, factor)
+    def colors(table, x, factor):
+        return jax.vmap(color, (2, None, None))(table, x, factor)
 
     # With colors last they would be loops that compute every color for each.
-    found = programs.apart(list(map(colors, tables, factors)), ripple)
+    found = programs.apart(list(map(colors, tables, x, factors)), ripple)
     return jnp.moveaxis(reduce(jnp.add, found), 0, -1)
 
 
@@ -150,18 +154,18 @@ def _read_in_blocks(tables, x, ripple, factors):
 
     def value(at, _):
         x, ripple, factors = at
-        along = jnp.stack(polynomials(x, max(map(len, tables))))
         waves = polynomials(ripple, max(table.shape[1] for table in tables))
 
-        def colors(table, factor):
+        def colors(table, x, factor):
             # Directions last: they are what is summed side by side.
             flat = table.reshape(len(table), -1).T
-            rows = jnp.tensordot(flat, along[: len(table)], 1, precision=_EXACT)
+            along = jnp.stack(polynomials(x, len(table)))
+            rows = jnp.tensordot(flat, along, 1, precision=_EXACT)
             count = table.shape[2]
             each = (map(jnp.multiply, waves, rows[k::count]) for k in range(count))
             return jnp.stack([factor * reduce(jnp.add, one) for one in each])
 
-        return jnp.moveaxis(reduce(jnp.add, map(colors, tables, factors)), 0, -1)
+        return jnp.moveaxis(reduce(jnp.add, map(colors, tables, x, factors)), 0, -1)
 
     return programs.in_blocks(value, (x, ripple, factors))
 
@@ -172,15 +176,22 @@ def _read_jvp(primals, tangents):
     return jax.jvp(_read_in_blocks, primals, tangents)
 
 
-def points(count: int, low: Any, high: Any) -> Floats:
-    """Chebyshev's points of a range of cosines."""
+def points(count: int, low: Any, high: Any, uniform: bool) -> Floats:
+    """Chebyshev's points of a range of cosines, for a lobe or what is uniform."""
+    low, high = _bent(low, uniform), _bent(high, uniform)
     at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    return jnp.clip(low + (high - low) / 2 * (1 + jnp.asarray(at)), 0, 1)
+    found = low + (high - low) / 2 * (1 + jnp.asarray(at))
+    return jnp.clip(found * found - _NEAR if uniform else found, 0, 1)
 
 
-def scaled(cos: Floats, low: Any, high: Any) -> Floats:
-    """A cosine of the range, moved to [-1, 1], as `cosines` has it."""
-    return (2 * cos - (high + low)) / (high - low)
+def scaled(cos: Floats, low: Any, high: Any, uniform: bool) -> Floats:
+    """What polynomials are in: a cosine of the range, bent and moved to [-1, 1]."""
+    low, high = _bent(low, uniform), _bent(high, uniform)
+    return (2 * _bent(cos, uniform) - (high + low)) / (high - low)
+
+
+def _bent(cos: Any, uniform: bool) -> Any:
+    return jnp.sqrt(cos + _NEAR) if uniform else cos
 
 
 def spectrum(values: Floats) -> Floats:

@@ -26,8 +26,8 @@ from fiberjax.tabled import points, polynomials, scaled, spectrum
 DEGREES, WAVES = 32, 64
 """Polynomials and wave numbers of the tables that are looked at."""
 
-_UNIFORM = 192
-"""Polynomials for what has no waves; it changes fast where cos theta_d is small."""
+_UNIFORM = 64
+"""Polynomials for what has no waves."""
 
 
 class Tables(NamedTuple):
@@ -45,14 +45,14 @@ class Tables(NamedTuple):
 
 
 @partial(jax.jit, static_argnames="model")
-def _tables(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Tables:
+def _tables(model: Model, ends: tuple[Any, Any], sample: Probe, peak: Floats) -> Tables:
     """Tables of every part over a range of |cos theta_d|."""
     nodes = gauss_legendre_unit(ORDERS[-1])
     eps = float(jnp.finfo(sample.phi.dtype).eps)
 
     def table(at, part):
         count, waves = (_UNIFORM, 0) if part == model.tail else (DEGREES, WAVES)
-        cos = points(count, *ends)
+        cos = points(count, *ends, part == model.tail)
         here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
         light = Attenuations(model, (part,), here)
         beta = model.shape(at.fiber, part).beta_n
@@ -88,7 +88,7 @@ def _tables(model: Model, ends: Floats, sample: Probe, peak: Floats) -> Tables:
 @partial(jax.jit, static_argnames="model")
 def _errors(
     model: Model,
-    ends: Floats,
+    ends: tuple[Any, Any],
     tables: Sequence[Floats],
     sizes: Any,
     sample: Probe,
@@ -106,17 +106,17 @@ def _errors(
         wide = in_float64(at)
         where = wide.theta_i, wide.theta_o
         cos = model.section(wide.fiber, *where).cos[..., 0]
-        x = scaled(cos, *ends)
         found = []
         each = longitudinal(model, wide.fiber, model.parts, *where)
-        for part, along in enumerate(each):
-            values, (degree, terms) = tables[part], sizes[part]
+        for n, (part, along) in enumerate(zip(model.parts, each, strict=True)):
+            x = scaled(cos, *ends, part == model.tail)
+            values, (degree, terms) = tables[n], sizes[n]
             j, k = (jnp.arange(n, dtype=x.dtype) for n in values.shape)
             kept = jnp.where((j[:, None] <= degree) & (k <= terms), values, 0)
             at_cos = jnp.stack(polynomials(x, len(j)))
             waves = jnp.cos(k[:, None] * wide.phi[0, 0])
             N = jnp.einsum("jab,jk,kc->abc", at_cos, kept, waves)
-            found.append(2 * worst(N * along, exact.values[part], peak))
+            found.append(2 * worst(N * along, exact.values[n], peak))
         return found
 
     return [x.max(0) for x in jax.lax.map(one, (sample, at, peak, tables))]
@@ -164,7 +164,7 @@ def sizes(asked: Asked, full: Model, allowed: float) -> list[Size | None]:
 
     By bounds a table of some size is found, by its error it is taken.
     """
-    ends = jnp.asarray(cosines(asked.scene))
+    ends = cosines(asked.scene)
     bounds, largest = _tables(full, ends, asked.sample, asked.peak)
     bounds = [MARGIN * np.asarray(x) for x in bounds]
     found: list[Size | None] = [None] * len(bounds)
