@@ -23,7 +23,7 @@ test: .venv/installed
 	$(BIN)/pytest -n 2
 
 test-slow: .venv/installed
-	$(BIN)/pytest -n 2 -m slow
+	$(BIN)/pytest -n 2 --dist loadgroup -m slow
 
 lint: .venv/installed
 	$(BIN)/ruff check .

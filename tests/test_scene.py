@@ -31,7 +31,10 @@ HAIR = {"eta": 1.55, "beta_m": 0.3, "beta_n": 0.3}
 COUNT = 1 << 12
 FAST = ("black hair", "R only")
 NAMES = [
-    name if name in FAST else pytest.param(name, marks=pytest.mark.slow)
+    name
+    if name in FAST
+    # One process plans a scene for all that is asked of its plan.
+    else pytest.param(name, marks=[pytest.mark.slow, pytest.mark.xdist_group(name)])
     for name in cases.SCENES
 ]
 _PLANS: dict[str, Plan] = {}
