@@ -47,11 +47,21 @@ def _normal_image(x: Floats, beta: Floats) -> Floats:
     return numerics.decay(-((x / beta) ** 2) / 2) / (ROOT_TURN * beta)
 
 
+def _normal_distance(x: Floats, beta: Floats) -> Floats:
+    erf = jax.scipy.special.erf(math.sqrt(0.5) / beta * x)
+    return x * erf + 2 * beta * beta * _normal_image(x, beta)
+
+
 def _logistic_image(x: Floats, beta: Floats) -> Floats:
     s = LOGISTIC_SCALE * beta
     e = numerics.decay(-jnp.abs(x) / s)
     mass = 1 + 2 / jnp.expm1(jnp.minimum(TURN / 2 / s, 40))
     return e / ((1 + e) * (1 + e)) * (mass / s)
+
+
+def _logistic_distance(x: Floats, beta: Floats) -> Floats:
+    s = LOGISTIC_SCALE * beta
+    return jnp.abs(x) + 2 * s * jnp.log1p(numerics.decay(-jnp.abs(x) / s))
 
 
 def _image_pair(image: Callable[[Floats, Floats], Floats]) -> PairOf:
@@ -142,6 +152,7 @@ class Detector(NamedTuple):
     density(phi, width)            per radian
     quantile(u, width)             not wrapped
     image(x, beta_n)               per radian, not wrapped, for small roughness
+    distance(x, beta_n)            the mean of |x + y|, y drawn from the image
     forms(tolerance)               formulas for both sides of it, one of which serves
                                    any roughness; error below tolerance of the peak
     reach(tolerance)               beyond this many beta_n the density is below
@@ -156,6 +167,7 @@ class Detector(NamedTuple):
     density: Callable[[Floats, Any], Floats]
     quantile: Callable[[Floats, Any], Floats]
     image: Callable[[Floats, Floats], Floats]
+    distance: Callable[[Floats, Floats], Floats]
     forms: Callable[[float], list[Form]]
     reach: Callable[[float], float]
     bandwidth: Callable[[float], float]
@@ -178,6 +190,7 @@ DETECTORS = {
         wrapped_normal,
         normal_quantile,
         _normal_image,
+        _normal_distance,
         _normal_forms,
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
@@ -189,6 +202,7 @@ DETECTORS = {
         logistic_density,
         logistic_quantile,
         _logistic_image,
+        _logistic_distance,
         _logistic_forms,
         lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),
         lambda tolerance: math.log(1 / tolerance) / 2,

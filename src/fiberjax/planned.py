@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from fiberjax import numerics
 from fiberjax.auto import Auto
 from fiberjax.cases import lobe_by_lobe
+from fiberjax.circular import wrap
 from fiberjax.graded import GaussGamma
 from fiberjax.model import Attenuations
 from fiberjax.quadrature import Nodes, chosen, gauss_legendre_unit
@@ -66,7 +67,9 @@ class Tried(Planned):
 class Closed(Rule):
     """The closed form of a smooth fiber, for R and TT: no detector blurs it.
 
-    Right to the order of beta_n. What is averaged takes `GaussGamma` of an order.
+    But for R straight behind the fiber, where its two sides meet at an angle: it is
+    taken at the mean distance from there. Right to the order of beta_n^2 but at TT's
+    edge. What is averaged takes `GaussGamma` of an order.
     """
 
     order: int
@@ -75,10 +78,10 @@ class Closed(Rule):
         return GaussGamma(self.order).average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
-        del detector
-
         def smooth(lobe, weight):
-            found = rays(lobe.p, phi, section)
+            away = jnp.pi - jnp.abs(wrap(phi))
+            behind = jnp.pi - detector.distance(away, lobe.beta_n)
+            found = rays(lobe.p, phi if lobe.p else behind, section)
             # dPhi/dh is the slope over cos gamma.
             share = numerics.quotient(found.offset.cos / 2, found.slope, 0.0)
             share = jnp.where(found.exists, share, 0)
