@@ -5,7 +5,13 @@ Fibers are drawn over the domain (p 0 to 5, beta_n 0.1 to 10, eta 1 to 3, sigma_
 the graded rule is searched whose error, relative to the peak over phi, is below the
 tolerance at every |theta_d| up to a limit. Beside it is what `auto` takes for these
 inclinations. The constants of that formula come from a fit to these orders that is
-seldom below them; those of a fit to the present draws are the last row of the table.
+seldom below them; those of a fit to the present draws are a row of the table.
+
+"rest" is all lobes from TRRT on: its average over h, whose nodes are graded towards
+what little absorption changes at grazing. Its orders are those that give it and its
+derivative in sigma_a, relative to the largest at any theta_d, for even steps of log
+sigma_a; the last row has the nodes for each e-fold of error and of the grading that
+serve all of them.
 """
 
 import itertools
@@ -32,8 +38,8 @@ from shared.style import (
 
 from fiberjax import wrapped_normal
 from fiberjax.detectors import DETECTORS
-from fiberjax.graded import graded_offsets, grading
-from fiberjax.orders import FIT, Fit, needed, turning
+from fiberjax.graded import graded_offsets, grading, layer
+from fiberjax.orders import FEWEST, FIT, REST, Fit, averaged, needed, turning
 from fiberjax.quadrature import gauss_legendre_unit
 from fiberjax.section import deflection, ray, section
 
@@ -45,6 +51,11 @@ THETA_D = np.radians([*np.linspace(0, 80, 9), 85, 88, 89.5, 89.99])
 LIMITS = {0: "0", 6: "60", 12: "89.99"}
 """By number of inclinations, how far they go, in degrees."""
 TOLERANCES = {1e-4: BLUE, 1e-6: GREEN, 1e-9: ORANGE, 1e-12: VERMILION}
+ETAS = (1.01, 1.05, 1.3, 1.55, 1.8, 2.5, 3.0)
+SIGMAS = (0.0, *np.logspace(-6, 3, 10))
+Place = tuple[float, float, float]
+"""Scales and digits, as `orders.averaged` has them."""
+
 HEADER = ("p", "eta", "sigma_a", "beta_n", "tolerance", "theta_d", "needed", "taken")
 
 
@@ -60,12 +71,16 @@ def lobe(p, eta, sigma_a, beta_n, at, weight):
     return (light * both / 2).sum(-1)
 
 
-def by_order(p, fiber, order):
-    """The same by an order."""
+def padded(order):
+    """The nodes and weights of an order, as many as of the exact rule."""
     at, weight, _ = gauss_legendre_unit(order)
     spare = 0, MOST - order
-    padded = np.pad(at, spare, mode="edge"), np.pad(weight, spare)
-    return np.asarray(lobe(p, *fiber, *padded))
+    return np.pad(at, spare, mode="edge"), np.pad(weight, spare)
+
+
+def by_order(p, fiber, order):
+    """The same by an order."""
+    return np.asarray(lobe(p, *fiber, *padded(order)))
 
 
 def needed_by(p, fiber):
@@ -82,6 +97,54 @@ def needed_by(p, fiber):
             if off[: last + 1].max() < tolerance:
                 found.setdefault((tolerance, last), order)
     return found
+
+
+@jax.jit
+def rest(eta, sigma_a, tolerance, at, weight):
+    """The average of the rest by theta_d, and its derivative in sigma_a."""
+
+    def value(sigma_a):
+        here = section(jnp.asarray(THETA_D)[:, None], eta, sigma_a)
+        offset, slope = graded_offsets(layer(here, tolerance))(at)
+        (light,) = ray(offset, here).A_rest(REST).times(slope * weight)
+        return light.sum(-1)
+
+    return jnp.stack(jax.jvp(value, (sigma_a,), (jnp.ones_like(sigma_a),)))
+
+
+def needed_by_rest(eta: float, sigma_a: float, tolerance: float) -> int:
+    """The smallest order for the average of the rest and its derivative."""
+    fiber = jnp.asarray(eta), jnp.asarray(sigma_a)
+    exact = rest(*fiber, min(TOLERANCES), *padded(MOST))
+    largest = jnp.abs(exact).max(1)
+    order = 3
+    while order < MOST // 2:
+        order = max(order + 1, int(1.04 * order))
+        off = jnp.abs(rest(*fiber, tolerance, *padded(order)) - exact).max(1)
+        if jnp.all(off < tolerance * largest + 1e-250):
+            break
+    return order
+
+
+def searched_rest() -> list[tuple[tuple[float, float, float], Place, int]]:
+    """(eta, sigma_a, tolerance), the place and the smallest order."""
+    found = []
+    for key in itertools.product(ETAS, SIGMAS, TOLERANCES):
+        progress("rest: eta {:g}, sigma_a {:g}, {:g}".format(*key))
+        eta, sigma_a, tolerance = key
+        here = section(jnp.zeros(()), *map(jnp.asarray, (eta, sigma_a)))
+        delta, near = float(grading(here, REST)), float(layer(here, tolerance))
+        at = delta, near, math.log(1 / tolerance)
+        found.append((key, at, needed_by_rest(*key)))
+    return found
+
+
+def for_layer(at: Place, order: int) -> float:
+    """The constant LAYER that gives an order, where the layer decides; else 0."""
+    delta, near, digits = at
+    if order <= needed(0.0, delta, REST, digits, np):
+        return 0.0
+    return (order - FEWEST) / (np.arcsinh(math.pi / 2 / near) * digits)
 
 
 def draws():
@@ -137,7 +200,13 @@ def taken(row):
     return float(needed(turns, delta, p, digits, np))
 
 
-def table(rows, fit):
+def averaged_of(at: Place) -> float:
+    """What the model says for the rest."""
+    delta, near, digits = at
+    return float(averaged(delta, near, digits, np))
+
+
+def table(rows, rests, fit):
     """One row a search; the constants at the end."""
     lines = []
     for row in rows:
@@ -145,13 +214,18 @@ def table(rows, fit):
         numbers = f"{p}", *(f"{x:.12g}" for x in fiber), f"{tolerance:g}"
         lines.append((*numbers, LIMITS[last], f"{order}", f"{taken(row):.2f}"))
     constants = " ".join(f"{name} {x:.3f}" for name, x in fit._asdict().items())
+    for (eta, sigma_a, tolerance), at, order in rests:
+        numbers = f"{eta:g}", f"{sigma_a:g}", "", f"{tolerance:g}"
+        lines.append(("rest", *numbers, "", f"{order}", f"{averaged_of(at):.2f}"))
+    serves = max(for_layer(at, order) for _, at, order in rests)
     lines.append(("fit", "", "", "", "", "", "", constants))
+    lines.append(("layer", "", "", "", "", "", "", f"{serves:.4f}"))
     return Table(HEADER, lines)
 
 
 def draw():
     """Taken over needed: against the order, and how it is distributed."""
-    rows = searched()
+    rows, rests = searched(), searched_rest()
     fig = figure(3.6)
     left, right = fig.subplots(1, 2, width_ratios=(3, 2))
     for tolerance, color in TOLERANCES.items():
@@ -159,6 +233,10 @@ def draw():
         orders = np.array([row[2] for row in some])
         ratios = np.array([taken(row) for row in some]) / orders
         left.plot(orders, ratios, ".", ms=2.5, color=color, label=f"{tolerance:g}")
+        same = [(at, order) for key, at, order in rests if key[2] == tolerance]
+        of_rest = [order for _, order in same]
+        more = [averaged_of(at) / order for at, order in same]
+        left.plot(of_rest, more, "+", ms=4, mew=0.8, color=color)
         share = np.arange(1, len(ratios) + 1) / len(ratios)
         right.plot(np.sort(ratios), share, color=color)
     for ax, line in ((left, left.axhline), (right, right.axvline)):
@@ -169,9 +247,9 @@ def draw():
     left.set(xticks=(5, 10, 20, 50, 100), xticklabels=(5, 10, 20, 50, 100))
     left.legend(title="tolerance", markerscale=4)
     right.set(xlim=(0.5, 4), ylim=(0, 1), xlabel=ratio, ylabel="share of the searches")
-    title(left, "a", "every search")
+    title(left, "a", "every search; +: averages of the rest")
     title(right, "b", "how many take how much")
-    return Drawing(fig, "Nodes that auto takes", table(rows, refitted(rows)))
+    return Drawing(fig, "Nodes that auto takes", table(rows, rests, refitted(rows)))
 
 
 def main(argv=None):

@@ -6,9 +6,9 @@ fiberjax.evaluate as it comes, "planned" what fiberjax.scene.plan makes of the s
 "by hand" a short program for that scene alone (shared/by_hand.py), each as one compiled
 program. (a) Time of a value, and how many times less it takes when planned. (b)
 Operations of a value in one color, as flops: a root or quotient counts as 4, an
-exponential, logarithm or trigonometric function as 16, I0 as 48; for "full" with the
-nodes or windows of the fiber in the scene that takes most. (c) The largest error over
-the peak, on three other fibers, and what was promised.
+exponential, logarithm or trigonometric function as 16, erf as 24, I0 as 48; for "full"
+with the nodes or windows of the fiber in the scene that takes most. (c) The largest
+error over the peak, on three other fibers, and what was promised.
 
 Times are medians on one machine and differ from run to run; the calls take turns.
 """

@@ -14,6 +14,8 @@ import pytest
 import fiberjax as fj
 from fiberjax.auto import _Graded
 from fiberjax.detectors import DETECTORS
+from fiberjax.graded import grading, layer
+from fiberjax.orders import LAYER, REST, averaged
 from fiberjax.rules import Seen
 from fiberjax.section import section
 
@@ -185,10 +187,35 @@ def test_a_narrow_range_of_roughness(s_min, s_max, detector):
             assert error.max() < 1e-9 + 1e-14 / beta_n
 
 
+def searched():
+    """Rows of figures/nodes.csv: of lobes, of the rest, and the two of constants."""
+    with NODES.open() as file:
+        every = list(csv.DictReader(file))
+    lobes = [row for row in every if row["p"].isdigit()]
+    rest = [row for row in every if row["p"] == "rest"]
+    assert len(lobes) + len(rest) + 2 == len(every)
+    return lobes, rest, every[-2:]
+
+
+def test_the_model_of_averages():
+    """Against the searches of figures/nodes.py for the rest: never below them."""
+    _, searches, (_, layer_row) = searched()
+    assert len(searches) > 300
+    assert float(layer_row["taken"]) < LAYER < 1.2 * float(layer_row["taken"])
+    for row in searches:
+        tolerance, eta, sigma_a = (
+            float(row[name]) for name in ("tolerance", "eta", "sigma_a")
+        )
+        here = section(*(jnp.asarray(x) for x in (0.0, eta, sigma_a)))
+        delta, near = float(grading(here, REST)), float(layer(here, tolerance))
+        taken = averaged(delta, near, math.log(1 / tolerance), np)
+        assert taken == pytest.approx(float(row["taken"]), abs=0.02)
+        assert taken > float(row["needed"])
+
+
 def test_the_model_of_the_orders():
     """Against the searches of figures/nodes.py: seldom below them, never by much."""
-    with NODES.open() as file:
-        searches = [row for row in csv.DictReader(file) if row["p"] != "fit"]
+    searches, _, _ = searched()
     assert len(searches) > 1000
     detector, ratios = DETECTORS["normal"], []
     for row in searches:

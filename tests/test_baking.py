@@ -175,6 +175,18 @@ def test_the_logarithm_is_stored_where_it_is_shorter():
     assert below.floor is None
 
 
+def test_the_albedo_of_a_fiber():
+    """In three colors, up to grazing, where it is steepest."""
+    hair = fj.Fiber(1.55, 0.3, 0.3, -0.035, (0.2, 0.6, 1.5))
+    f = partial(fj.albedo, hair, rule=fj.GaussGamma(40))
+    baked = fj.tabulate(f, {"theta_i": (-1.57, 1.57)}, tolerance=1e-3, chunk=1 << 11)
+    theta_i = RNG.uniform(-1.57, 1.57, 500)
+    exact = f(theta_i)
+    error = np.abs(baked(theta_i=theta_i) - exact) / exact.max(0)
+    assert error.max() <= 1e-3
+    assert len(baked.axes[0]) < 200
+
+
 SCRIPT = """
 import sys, time
 import jax

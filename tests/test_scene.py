@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,23 @@ def counted(f, scene, count=1 << 14):
     return operations(partial(f, fiber), *angles, per=count)
 
 
+def at_the_ends(scene, count, seed):
+    """A fiber at a corner of the scene, and angles of which half are at an end."""
+    rng = np.random.default_rng(seed)
+
+    def end(name, like):
+        low, high = np.asarray(scene.ends(name), like.dtype)
+        return jnp.where(jnp.asarray(rng.random(like.shape) < 0.5), low, high)
+
+    fiber, angles = cases.inside(scene, count, seed)
+    names = "eta", "beta_m", "beta_n", "alpha", "sigma_a"
+    given = {name: x for name in names if (x := getattr(fiber, name)) is not None}
+    fiber = replace(fiber, **{name: end(name, x) for name, x in given.items()})
+    stay = [jnp.asarray(rng.random(count) < 0.5) for _ in angles]
+    ends = map(end, ("theta_i", "theta_o", "phi"), angles)
+    return fiber, [jnp.where(*each) for each in zip(stay, angles, ends, strict=True)]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_plan_keeps_its_promise(name):
     """Values, albedo, density and samples of fibers that no plan has seen."""
@@ -69,8 +87,8 @@ def test_a_plan_keeps_its_promise(name):
     assert found.albedo_bound <= scene.tolerance
     assert found.pdf_bound <= scene.tolerance
     fiber, angles = cases.inside(scene, 256, 0)
-    for seed in range(1, 7):
-        fiber, angles = cases.inside(scene, 256, seed)
+    for seed, of in product(range(1, 7), (at_the_ends, cases.inside)):
+        fiber, angles = of(scene, 256, seed)
         scene.check(fiber, theta_i=angles[0], theta_o=angles[1], phi=angles[2])
         assert cases.achieved(found.evaluate, scene, fiber, angles) <= scene.tolerance
     wide = jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), fiber)
@@ -103,7 +121,7 @@ def test_what_is_left_out_is_not_compiled(name):
         assert after["exp"] < parts + 1
         assert after["trigonometric"] < 0.1
     if model.along is not None:
-        assert after["special"] == 0
+        assert after["bessel"] == 0
     # `auto` decides when running: the same with the nodes of the fiber that takes most.
     before = counted(partial(evaluate_model, baseline(scene)), scene)
     assert cost(after) < cost(before) / (3 if name != "reference" else 1)
@@ -179,6 +197,21 @@ def test_few_directions_take_nodes():
     batch = jax.tree.map(lambda x: jnp.stack([x, x]), fiber)
     twice = jax.vmap(lambda f: found.evaluate(f, *angles))(batch)
     np.testing.assert_allclose(twice[1], many, rtol=1e-12, atol=1e-14 * peak)
+
+
+def test_a_plan_in_blocks_and_baked():
+    """What takes a function takes that of a plan."""
+    found = planned("R only")
+    fiber, angles = cases.inside(found.scene, COUNT, 5)
+    whole = found.evaluate(fiber, *angles)
+    many = fj.in_blocks(found.evaluate, block=COUNT // 4)(fiber, *angles)
+    np.testing.assert_allclose(many, whole, rtol=1e-12, atol=1e-14 * float(whole.max()))
+    one = partial(found.evaluate, fiber, 0.6)
+    ranges = {"theta_o": (-1.5, 1.5), "phi": (0.0, np.pi)}
+    baked = fj.tabulate(one, ranges, tolerance=5e-3, entries=1 << 16)
+    at = {"theta_o": jnp.clip(angles[1], -1.5, 1.5), "phi": jnp.abs(angles[2]) % np.pi}
+    error = baked(**at) - one(**at)
+    assert float(jnp.abs(error / baked.scale).max()) < 5e-3
 
 
 def test_the_table_of_a_plan(tmp_path):

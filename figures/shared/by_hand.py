@@ -47,7 +47,8 @@ def evaluate(name, fiber, theta_i, theta_o, phi):
         s = ((mu - g) / (mu + g)) ** 2
         e = fiber.eta**2
         F = (s + ((e * mu - g) / (e * mu + g)) ** 2) / 2
-        gamma_t = jnp.atan2(c * math.sin(gamma), g)
+        # Of R there is none.
+        gamma_t = jnp.atan2(c * math.sin(gamma), g) if max(lobes) else 0.0
         length = 2 * fiber.eta * g / (r * r)
         T = [1.0] if clear else [jnp.exp(-q * length) for q in sigma_a]
         for j, p in enumerate((*lobes, *[3] * rest)):

@@ -25,11 +25,11 @@ def _places(low: float, high: float, count: int) -> np.ndarray:
 
 @cache
 def _polynomial(low: float, high: float, tolerance: float) -> tuple[float, ...]:
-    """I0e(a)/t, t = 1/sqrt(1 + scale a): scale, both ends of t, coefficients.
+    """The polynomial for I0e(a)/t: scale, both ends of t, coefficients.
 
-    Of a polynomial in t, moved to [-1, 1]. t is bounded for all a, and the function is
-    smooth in it at both ends: I0e is a series in 1/a over sqrt(a) for large a. The
-    scale is the one that needs the fewest terms.
+    It is one in t = 1/sqrt(1 + scale a), moved to [-1, 1]. t is bounded for all a, and
+    the function is smooth in it at both ends: for large a, I0e sqrt(a) is a series in
+    1/a. The scale is the one that needs the fewest terms.
     """
     a = _places(low, high, _POINTS)
     best: tuple[float, ...] | None = None
@@ -48,9 +48,9 @@ def _polynomial(low: float, high: float, tolerance: float) -> tuple[float, ...]:
             t = (node + 1) / 2 * (ends[1] - ends[0]) + ends[0]
             _, exact = value(np.maximum(1 / (t * t) - 1, 0) / scale)
             fit = np.polynomial.chebyshev.chebfit(node, exact, count - 1)
-            error = np.abs(np.polynomial.chebyshev.chebval(s, fit) / f - 1).max()
+            power = np.polynomial.chebyshev.cheb2poly(fit)
+            error = np.abs(np.polynomial.polynomial.polyval(s, power) / f - 1).max()
             if error <= tolerance:
-                power = np.polynomial.chebyshev.cheb2poly(fit)
                 if best is None or len(power) < len(best) - 3:
                     best = (scale, *ends, *map(float, power))
                 break

@@ -157,7 +157,8 @@ def _table(
 ) -> Choice | None:
     """The table of a part; None if none will do."""
     found = _fewest(asked, part, search, allowed / 2)
-    if asked.scene.detector != "normal" or not size or not found:
+    blurred = part != TAIL and asked.scene.detector != "normal"
+    if blurred or not size or not found:
         return None
     nodes, bound = found
     span = Span(None if part == TAIL else part, nodes.order, size.degree, size.terms)

@@ -13,7 +13,8 @@ KINDS = {
     "log": ("log", "log1p", "atanh", "acosh"),
     "trigonometric": ("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
     "root": ("sqrt", "rsqrt", "cbrt", "div", "rem", "pow"),
-    "special": ("erf", "erf_inv", "erfc", "bessel_i0e", "bessel_i1e", "lgamma"),
+    "erf": ("erf", "erf_inv", "erfc"),
+    "bessel": ("bessel_i0e", "bessel_i1e", "lgamma"),
 }
 """What takes many times as long as an addition; everything else is a flop."""
 
@@ -25,7 +26,8 @@ WEIGHT = {
     "exp": 16,
     "log": 16,
     "trigonometric": 16,
-    "special": 48,
+    "erf": 24,
+    "bessel": 48,
 }
 """Operations as flops, by a convention near what CPUs take."""
 
@@ -116,7 +118,7 @@ def flops(count: Counter) -> float:
 def operations(
     function: Callable[..., Any], *args: Any, per: int = 1
 ) -> dict[str, float]:
-    """Operations of a call, by kind: exp, log, trigonometric, root, special, flop.
+    """Operations of a call, by kind: exp, log, trigonometric, root, erf, bessel, flop.
 
     Counted in the program that JAX traces, loops as often as they run; where a branch
     is taken when running, the longest counts. What no result needs is not counted.

@@ -152,7 +152,8 @@ class Detector(NamedTuple):
     density(phi, width)            per radian
     quantile(u, width)             not wrapped
     image(x, beta_n)               per radian, not wrapped, for small roughness
-    distance(x, beta_n)            the mean of |x + y|, y drawn from the image
+    distance(x, beta_n)            the mean of |x + y|, y drawn from the detector, not
+                                   wrapped or trimmed, for small roughness
     forms(tolerance)               formulas for both sides of it, one of which serves
                                    any roughness; error below tolerance of the peak
     reach(tolerance)               beyond this many beta_n the density is below

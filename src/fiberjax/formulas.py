@@ -1,10 +1,12 @@
 """Formulas that a tolerance allows: of M and angles, and of the detector."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from fiberjax.along import Along
+from fiberjax.detectors import DETECTORS
 from fiberjax.scenes import Scene
 
 FORMS = 1 / 16
@@ -31,11 +33,11 @@ def along(scene: Scene) -> tuple[Along | None, float]:
     """The form of M, and the bound of its error; None for the exact one.
 
     Sines and cosines rounded to eps move the exponent, the square of their distance
-    over 2 v, by some eps/beta_m.
+    over 2 v, by some eps/beta_m; what I0 is a polynomial of has a small a to 16 eps.
     """
     tolerance = FORMS * scene.tolerance
     least = min(scene.roughness("m", p)[0] for p in (0, 1, 2, None))
-    rounding = 8 * float(np.finfo(scene.dtype).eps) / min(least, 1)
+    rounding = (8 / min(least, 1) + 16) * float(np.finfo(scene.dtype).eps)
     power = math.floor(math.log10(max(tolerance, 1e-300)))
     if rounding > tolerance / 2 or 10.0**power < 1e-9:
         return None, 0.0
@@ -49,3 +51,13 @@ def density_tolerance(scene: Scene, lobe: int) -> float:
     """
     low = min(scene.roughness("n", lobe)[0], 1.0)
     return max(FORMS * scene.tolerance * low / 3, float(np.finfo(scene.dtype).eps))
+
+
+def formulas_said(scene: Scene, lobes: Sequence[int]) -> str:
+    """How many formulas of the detector its roughness needs: what a plan says."""
+    detector, kept, every = DETECTORS[scene.detector], 0, 0
+    for p in lobes:
+        tolerance = density_tolerance(scene, p)
+        needed = detector.within(*scene.roughness("n", p)).forms(tolerance)
+        kept, every = max(kept, len(needed)), len(detector.forms(tolerance))
+    return f"at most {kept} of {every} formulas a lobe"

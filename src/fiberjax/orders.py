@@ -56,9 +56,13 @@ def turning(p: int, cos: Any, eta: Any, delta: Any, xp: Any):
 
 
 LAYER = 0.16
-"""Nodes of an average for each e-fold of error and of the grading of its layer."""
+"""Nodes of an average for each e-fold of error and of the grading of its layer.
 
-_FEWEST = FIT.least + FIT.segment * REST
+0.14 serves all that figures/nodes.py looks at.
+"""
+
+FEWEST = FIT.least + FIT.segment * REST
+"""Nodes of an average before any digit."""
 
 
 def averaged(delta: Any, layer: Any, digits: Any, xp: Any):
@@ -69,7 +73,7 @@ def averaged(delta: Any, layer: Any, digits: Any, xp: Any):
     """
     smooth = needed(0.0, delta, REST, digits, xp)
     stretch = xp.arcsinh(math.pi / 2 / layer)
-    return xp.maximum(smooth, _FEWEST + LAYER * stretch * digits)
+    return xp.maximum(smooth, FEWEST + LAYER * stretch * digits)
 
 
 def resolved(order: int) -> float:
@@ -77,7 +81,7 @@ def resolved(order: int) -> float:
 
     `averaged` for the layer tolerance^(2/5), solved.
     """
-    linear, more = math.log(math.pi) / 0.8, max(order - _FEWEST, 0) / (0.4 * LAYER)
+    linear, more = math.log(math.pi) / 0.8, max(order - FEWEST, 0) / (0.4 * LAYER)
     return math.exp(linear - math.sqrt(linear * linear + more))
 
 

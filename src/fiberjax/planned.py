@@ -67,8 +67,8 @@ class Tried(Planned):
 class Closed(Rule):
     """The closed form of a smooth fiber, for R and TT: no detector blurs it.
 
-    But for R straight behind the fiber, where its two sides meet at an angle: it is
-    taken at the mean distance from there. Right to the order of beta_n^2 but at TT's
+    Straight behind the fiber, where the two sides of R meet at an angle, R is that of
+    the mean distance from there. The error is of the order of beta_n^2 but at TT's
     edge. What is averaged takes `GaussGamma` of an order.
     """
 
@@ -79,9 +79,11 @@ class Closed(Rule):
 
     def convolve(self, seen, weights, phi, section, detector):
         def smooth(lobe, weight):
-            away = jnp.pi - jnp.abs(wrap(phi))
-            behind = jnp.pi - detector.distance(away, lobe.beta_n)
-            found = rays(lobe.p, phi if lobe.p else behind, section)
+            at = phi
+            if lobe.p == 0:
+                away = jnp.pi - jnp.abs(wrap(phi))
+                at = jnp.pi - detector.distance(away, lobe.beta_n)
+            found = rays(lobe.p, at, section)
             # dPhi/dh is the slope over cos gamma.
             share = numerics.quotient(found.offset.cos / 2, found.slope, 0.0)
             share = jnp.where(found.exists, share, 0)

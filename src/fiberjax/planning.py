@@ -19,7 +19,7 @@ from fiberjax.choices import (
     rounded,
     unreachable,
 )
-from fiberjax.formulas import FORMS, along, density_tolerance
+from fiberjax.formulas import FORMS, along, density_tolerance, formulas_said
 from fiberjax.measured import ORDERS, full_model
 from fiberjax.model import Model
 from fiberjax.planned import ByLobe, Planned
@@ -155,10 +155,12 @@ def _rows(scene, model, choices, by_peak, by_form) -> tuple[Row, ...]:
         left_out = Row(name, "left out", float(by_peak[k]))
         chosen = choices.get(k)
         found.append(Row(name, chosen.said, chosen.bound) if chosen else left_out)
-    form = "exact" if model.along is None else f"I0 of {model.along.terms} terms"
+    form = "exact"
+    if model.along is not None:
+        form = f"I0 of {model.along.terms} terms, polynomial angles"
     found.append(Row("M and angles", form, float(by_form)))
     forms = FORMS * scene.tolerance
-    found.append(Row("detector", "images or harmonics that are needed", forms))
+    found.append(Row("detector", formulas_said(scene, model.lobes), forms))
     for name, what in (("alpha", "tilt"), ("sigma_a", "absorption")):
         absent = getattr(scene, name) is None
         found.append(Row(what, "absent" if absent else "kept", 0.0))

@@ -48,9 +48,9 @@ class Tabled(Rule):
 
     Chebyshev polynomials in |cos theta_d| times a cosine series in phi, for each lobe
     by itself; what is uniform takes polynomials in a root of it. N of a lobe is
-    analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the real axis, so that few will
-    do, and a value is a product of two short vectors with a matrix. Derivatives in the
-    fiber pass through the tables alone.
+    analytic in |cos theta_d| up to sqrt(eta^2 - 1) off the real axis, so that few
+    polynomials will do, and a value is a product of two short vectors with a matrix.
+    Derivatives in the fiber pass through the tables alone.
 
     Args:
         spans: one for each lobe.
@@ -76,14 +76,16 @@ class Tabled(Rule):
         one = section.eta.ndim == 0 and all(x.beta_n.ndim == 0 for x in lobes)
         degrees = sum(span.degree + 1 for span in self.spans)
         many = math.prod(shape) * len(self.spans) >= _MANY * degrees
-        if not (one and many and isinstance(weights, Attenuations)) or detector.kink:
+        kink = bool(lobes) and detector.kink
+        if kink or not (one and many and isinstance(weights, Attenuations)):
             return self.otherwise.total(seen, weights, phi, section, detector)
         spans = {span.p: span for span in self.spans}
 
         def table(k, one):
             span = spans[name(one)]
-            ends = self.low, self.high, span.p is None
-            cos = points(span.degree + 1, *ends).astype(phi.dtype)
+            uniform = isinstance(one, Uniform)
+            cos = points(span.degree + 1, self.low, self.high, uniform=uniform)
+            cos = cos.astype(phi.dtype)
             here = section_of(cos, section.eta, section.sigma_a)
             light = weights.only([k]).at(here)
             if isinstance(one, Seen):
@@ -94,7 +96,8 @@ class Tabled(Rule):
             return spectrum(mean[:, None])
 
         def place(one):
-            return scaled(section.cos, self.low, self.high, isinstance(one, Uniform))
+            uniform = isinstance(one, Uniform)
+            return scaled(section.cos, self.low, self.high, uniform=uniform)
 
         tables = [table(k, one) for k, one in enumerate(seen)]
         factors = [one.factor for one in seen]
@@ -176,7 +179,7 @@ def _read_jvp(primals, tangents):
     return jax.jvp(_read_in_blocks, primals, tangents)
 
 
-def points(count: int, low: Any, high: Any, uniform: bool) -> Floats:
+def points(count: int, low: float, high: float, *, uniform: bool) -> Floats:
     """Chebyshev's points of a range of cosines, for a lobe or what is uniform."""
     low, high = _bent(low, uniform), _bent(high, uniform)
     at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
@@ -184,13 +187,14 @@ def points(count: int, low: Any, high: Any, uniform: bool) -> Floats:
     return jnp.clip(found * found - _NEAR if uniform else found, 0, 1)
 
 
-def scaled(cos: Floats, low: Any, high: Any, uniform: bool) -> Floats:
+def scaled(cos: Floats, low: float, high: float, *, uniform: bool) -> Floats:
     """What polynomials are in: a cosine of the range, bent and moved to [-1, 1]."""
     low, high = _bent(low, uniform), _bent(high, uniform)
     return (2 * _bent(cos, uniform) - (high + low)) / (high - low)
 
 
 def _bent(cos: Any, uniform: bool) -> Any:
+    """What polynomials are in, on the scale of the cosine."""
     return jnp.sqrt(cos + _NEAR) if uniform else cos
 
 

@@ -52,7 +52,7 @@ def _tables(model: Model, ends: tuple[Any, Any], sample: Probe, peak: Floats) ->
 
     def table(at, part):
         count, waves = (_UNIFORM, 0) if part == model.tail else (DEGREES, WAVES)
-        cos = points(count, *ends, part == model.tail)
+        cos = points(count, *ends, uniform=part == model.tail)
         here = section_of(cos, at.fiber.eta, at.fiber.sigma_a)
         light = Attenuations(model, (part,), here)
         beta = model.shape(at.fiber, part).beta_n
@@ -108,15 +108,15 @@ def _errors(
         cos = model.section(wide.fiber, *where).cos[..., 0]
         found = []
         each = longitudinal(model, wide.fiber, model.parts, *where)
-        for n, (part, along) in enumerate(zip(model.parts, each, strict=True)):
-            x = scaled(cos, *ends, part == model.tail)
-            values, (degree, terms) = tables[n], sizes[n]
+        for at_part, (part, along) in enumerate(zip(model.parts, each, strict=True)):
+            x = scaled(cos, *ends, uniform=part == model.tail)
+            values, (degree, terms) = tables[at_part], sizes[at_part]
             j, k = (jnp.arange(n, dtype=x.dtype) for n in values.shape)
             kept = jnp.where((j[:, None] <= degree) & (k <= terms), values, 0)
             at_cos = jnp.stack(polynomials(x, len(j)))
             waves = jnp.cos(k[:, None] * wide.phi[0, 0])
             N = jnp.einsum("jab,jk,kc->abc", at_cos, kept, waves)
-            found.append(2 * worst(N * along, exact.values[n], peak))
+            found.append(2 * worst(N * along, exact.values[at_part], peak))
         return found
 
     return [x.max(0) for x in jax.lax.map(one, (sample, at, peak, tables))]
