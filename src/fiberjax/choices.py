@@ -179,7 +179,9 @@ def _fewest(
     return found and (_planned(asked.scene, part, found[0]), found[1])
 
 
-def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> Choice:
+def choose(
+    asked: Asked, part: int, search: Search, of_tables: Search, tables, closed, allowed
+) -> Choice:
     """The rule of a part, the cheapest that meets what is allowed.
 
     Closed form, table or nodes, by their flops; windows, or a choice made when running,
@@ -197,7 +199,7 @@ def choose(asked: Asked, part: int, search: Search, tables, closed, allowed) -> 
         rule, bound = found
         said = f"{rule.order} nodes"
         both.append(Choice(rule, bound, said, _NODE * rule.order))
-    table = _table(asked, part, tables()[part], search, allowed)
+    table = _table(asked, part, tables()[part], of_tables, allowed)
     if table:
         both.append(table)
     if both:
