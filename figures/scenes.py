@@ -107,6 +107,11 @@ def measure():
     return [(*row, 1e9 * times[row[:2]] / COUNT) for row in rows]
 
 
+def ratio(x):
+    """Two digits, and no exponent."""
+    return f"{float(f'{x:.2g}'):g}"
+
+
 def bars(ax, rows, value):
     """One bar for each form of each scene."""
     names = list(scene_cases.SCENES)
@@ -116,7 +121,7 @@ def bars(ax, rows, value):
         at = [names.index(row[0]) + (k - 1) * 0.27 for row in here]
         drawn = ax.bar(at, [value(row) for row in here], 0.25, color=color, label=form)
         if form == "planned":
-            saved = [f"{full[row[0]] / value(row):.2g}" for row in here]
+            saved = [ratio(full[row[0]] / value(row)) for row in here]
             ax.bar_label(drawn, saved, fontsize=8, padding=2, color=color)
     ax.set(yscale="log", xticks=range(len(names)), ylim=(None, 8 * max(full.values())))
     ax.set_xticklabels([])

@@ -127,6 +127,21 @@ def test_what_is_left_out_is_not_compiled(name):
     assert cost(after) < cost(before) / (3 if name != "reference" else 1)
 
 
+@pytest.mark.parametrize("name", FAST)
+def test_the_lowered_program(name):
+    """Of all directions at once there is one exponential for each M, and no angle."""
+    found = planned(name)
+    fiber, angles = cases.inside(found.scene, COUNT, 2)
+    text = jax.jit(found.evaluate).lower(fiber, *angles).as_text()
+
+    def each(kinds):
+        return len(re.findall(rf"stablehlo.({kinds}) [^\n]*tensor<{COUNT}x", text))
+
+    assert 1 <= each("exponential|exponential_minus_one") <= len(found.model.parts)
+    assert each("multiply") > 100
+    assert each("sine|cosine|tan|atan2|log|log_plus_one|power") == 0
+
+
 def test_choices_are_made_by_cost():
     """What is chosen takes fewer operations than the nodes it stands in for."""
     found = planned("black hair")
