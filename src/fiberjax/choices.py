@@ -171,11 +171,16 @@ def _table(
 def _fewest(
     asked: Asked, part: int, search: Search, allowed: float
 ) -> tuple[Planned, float] | None:
-    """The fewest nodes of a part, and the bound; None if none will do."""
+    """The fewest nodes of a part, and the bound; None if none will do.
+
+    No fewer than what is known a priori: near the poles errors may be large at a few
+    phi that the sample misses.
+    """
     if part == TAIL:
         size = float(lost(asked)[0][TAIL])
         return averaging(asked.scene, search, TAIL, size, allowed)
-    found = search.least(part, allowed)
+    least = math.ceil(predicted(asked.scene, part, allowed))
+    found = search.least(part, allowed, least)
     return found and (_planned(asked.scene, part, found[0]), found[1])
 
 
