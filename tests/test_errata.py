@@ -999,8 +999,9 @@ def mitsuba_nan():
     A.append(A[1] * T * F)
     with np.errstate(invalid="ignore"):
         A.append(A[2] * F * T / (1 - T * F))
-    # Mitsuba itself turns the NaN into 0, and with it all the light.
-    printed = np.nan_to_num(np.sum(A))
+    total = np.sum(A)
+    # Mitsuba's own mask, which is the erratum: all light is gone with the NaN.
+    printed = 0.0 if np.isnan(total) else float(total)
     right = sum(float(fj.A(p, 1.0, 1.0)) for p in range(3)) + float(
         fj.A_rest(3, 1.0, 1.0)
     )
