@@ -90,7 +90,8 @@ def plan(scene: Scene) -> Plan:
     error = math.inf
     for k in range(_ATTEMPTS):
         found = _attempt(asked, around, scene.tolerance / 4**k)
-        error = MARGIN * max(_error(found.model, x) for x in (asked, again))
+        # Unlike max, NaN stays.
+        error = MARGIN * float(np.max([_error(found.model, x) for x in (asked, again)]))
         if error <= scene.tolerance:
             return found
     raise unreachable(scene, error)
