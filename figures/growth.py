@@ -191,7 +191,10 @@ def draw():
         title(panels[letter], letter, f"by {name}")
     panels["c"].set_ylabel("ns of a value")
     panels["d"].set_xticks(LOBES, [str(p) for p in LOBES])
-    panels["d"].minorticks_off()
+    panels["d"].xaxis.minorticks_off()
+    for letter in "de":
+        panels[letter].sharey(panels["c"])
+        panels[letter].tick_params(labelleft=False)
     table = [
         (*map(str, row[:4]), f"{row[4]:.4g}", f"{row[5]:.4g}", *row[6:]) for row in rows
     ]

@@ -126,7 +126,7 @@ def draw():
         errors.semilogy(degree, np.maximum(off, 1e-9), color=color, label=label)
         errors.axhline(promised, color=color, ls="--", lw=1)
     errors.plot([], [], color=BLACK, ls="--", lw=1, label="promised")
-    errors.set(ylabel="error over the peak")
+    errors.set(ylabel="error over the peak", ylim=(1e-8, None))
     errors.legend(loc="lower right")
     title(errors, "c", "what was promised")
     for ax in (values, derivatives, errors):

@@ -537,6 +537,8 @@ def test_the_table_of_scenes():
     saved = [times[name, "full"] / times[name, "planned"] for name in names]
     assert min(saved[:-1]) >= 3
     assert sum(ratio >= 10 for ratio in saved) >= 4
+    warm = [float(row["planning_s"]) for row in table if row["form"] == "planned"]
+    assert max(warm) < 5
     for name in scenes.by_hand.NODES:
         assert times[name, "planned"] < 1.3 * times[name, "by hand"]
     text = " ".join((FIGURES.parent / "README.md").read_text().split())
@@ -545,6 +547,21 @@ def test_the_table_of_scenes():
         pairs = zip(which, ratios, strict=True)
         said = (f"{name} {scenes.ratio(ratio)}" for name, ratio in pairs)
         assert ", ".join(said) in text
+    assert f"takes {min(warm):.1f} to {max(warm):.1f} s once compiled" in text
+
+
+@pytest.mark.slow
+def test_the_tutorial_runs(tmp_path, capsys):
+    """To its end; the plan that it prints is that of its scene."""
+    script("tutorial").main(["--output", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert "tolerance 1.0e-03" in printed
+    assert "table, " in printed
+    text = (tmp_path / "tutorial.svg").read_text()
+    drawn, committed = (
+        len(NUMBER.findall(x)) for x in (text, (FIGURES / "tutorial.svg").read_text())
+    )
+    assert drawn == pytest.approx(committed, rel=0.1)
 
 
 def test_memory_does_not_grow_with_queries():
