@@ -27,15 +27,21 @@ def angles(n):
     return np.random.default_rng(0).uniform([-1, -1, -3], [1, 1, 3], (n, 3)).T
 
 
-def evaluate(mesh, n):
+def scene():
+    """The fiber's; its plan has tables, made within every block."""
+    return fj.scene.Scene.of(hair(), tolerance=1e-2)
+
+
+FULL = partial(fj.evaluate, rule=RULE, **CHOICES)
+
+
+def evaluate(f, mesh, n):
     """Values of n directions."""
-    f = partial(fj.evaluate, rule=RULE, **CHOICES)
     return fj.in_blocks(f, mesh=mesh, block=BLOCK)(hair(), *angles(n))
 
 
-def gradient(mesh, n):
+def gradient(f, mesh, n):
     """That of the mean square of them in the numbers of the fiber."""
-    f = partial(fj.evaluate, rule=RULE, **CHOICES)
     bulk = fj.in_blocks(f, mesh=mesh, block=BLOCK)
     loss = jax.jit(jax.grad(lambda fiber, *at: (bulk(fiber, *at) ** 2).mean()))
     return loss(hair(), *angles(n))
@@ -54,7 +60,7 @@ def furnace(mesh, seeds):
 
 def bake(mesh, folder):
     """A table of the evaluated directions of one theta_i."""
-    f = partial(fj.evaluate, hair(), THETA_I, rule=RULE, **CHOICES)
+    f = partial(FULL, hair(), THETA_I)
     axes = {"theta_o": (-1.5, 1.5), "phi": (0.0, np.pi)}
     keep = {"folder": folder, "chunk": 512, "entries": 4096}
     return fj.tabulate(f, axes, tolerance=0.02, mesh=mesh, **keep)
@@ -64,6 +70,7 @@ def main():
     """Compute all and write what the first process sees."""
     parser = argparse.ArgumentParser()
     parser.add_argument("output", type=Path)
+    parser.add_argument("plan", type=Path, help="of the scene, as Plan.save writes it")
     parser.add_argument("--devices", type=int, default=1)
     parser.add_argument("--process", type=int, nargs=3, help="port, count, number")
     options = parser.parse_args()
@@ -73,13 +80,16 @@ def main():
         port, count, number = options.process
         jax.distributed.initialize(f"localhost:{port}", count, number)
     mesh = jax.make_mesh((jax.device_count(),), ("queries",))
+    planned = fj.scene.Plan.load(options.plan).evaluate
     found = {
-        "values": evaluate(mesh, 4096),
-        "uneven": evaluate(mesh, 1001),
+        "values": evaluate(FULL, mesh, 4096),
+        "uneven": evaluate(FULL, mesh, 1001),
+        "planned": evaluate(planned, mesh, 4096),
         "furnace": furnace(mesh, 16),
     }
-    names = [f"gradient {k}" for k in range(8)]
-    found |= dict(zip(names, jax.tree.leaves(gradient(mesh, 4096)), strict=True))
+    for name, f in (("gradient", FULL), ("planned gradient", planned)):
+        leaves = jax.tree.leaves(gradient(f, mesh, 4096))
+        found |= {f"{name} {k}": leaf for k, leaf in enumerate(leaves)}
     spread = jax.sharding.PartitionSpec()
     whole = jax.jit(lambda x: x, out_shardings=jax.sharding.NamedSharding(mesh, spread))
     arrays: Any = {name: np.asarray(whole(x)) for name, x in found.items()}

@@ -4,7 +4,6 @@ import re
 import socket
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ HAIR = many_devices.hair()
 untyped: Any = fj
 
 
-def run(tmp_path, name, devices, processes):
+def run(tmp_path, plan, name, devices, processes):
     """The arrays that the script writes, computed by this many processes."""
     output = tmp_path / f"{name}.npz"
     with socket.socket() as free:
@@ -31,7 +30,7 @@ def run(tmp_path, name, devices, processes):
     started = []
     try:
         for k in range(processes):
-            command = [sys.executable, str(SCRIPT), str(output)]
+            command = [sys.executable, str(SCRIPT), str(output), str(plan)]
             command += ["--devices", str(devices)]
             if processes > 1:
                 command += ["--process", str(port), str(processes), str(k)]
@@ -49,13 +48,22 @@ def run(tmp_path, name, devices, processes):
 
 
 @pytest.fixture(scope="module")
-def single(tmp_path_factory):
-    return run(tmp_path_factory.mktemp("single"), "single", 1, 1)
+def plan(tmp_path_factory):
+    path = tmp_path_factory.mktemp("plan") / "plan.json"
+    found = fj.scene.plan(many_devices.scene())
+    assert "table" in str(found)
+    found.save(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory, plan):
+    return run(tmp_path_factory.mktemp("single"), plan, "single", 1, 1)
 
 
 @pytest.mark.parametrize(("devices", "processes"), [(8, 1), (2, 2)])
-def test_a_mesh_changes_no_number(single, devices, processes, tmp_path):
-    many = run(tmp_path, "many", devices, processes)
+def test_a_mesh_changes_no_number(single, plan, devices, processes, tmp_path):
+    many = run(tmp_path, plan, "many", devices, processes)
     assert many.pop("devices") == devices * processes
     assert set(many) | {"devices"} == set(single)
     for name, x in many.items():
@@ -64,8 +72,7 @@ def test_a_mesh_changes_no_number(single, devices, processes, tmp_path):
 
 
 def test_one_device_is_the_function_itself(single):
-    f = partial(fj.evaluate, rule=many_devices.RULE, **many_devices.CHOICES)
-    at = many_devices.angles(4096)
+    f, at = many_devices.FULL, many_devices.angles(4096)
     expected = f(HAIR, *at)
     np.testing.assert_allclose(single["values"], expected, rtol=1e-13, atol=1e-300)
     slope = jax.grad(lambda fiber: (f(fiber, *at) ** 2).mean())(HAIR)
@@ -73,6 +80,12 @@ def test_one_device_is_the_function_itself(single):
         scale = float(jnp.abs(leaf).max())
         found = single[f"gradient {k}"]
         np.testing.assert_allclose(found, leaf, rtol=0, atol=1e-13 * scale)
+
+
+def test_one_device_keeps_the_promise_of_a_plan(single):
+    full = fj.evaluate(HAIR, *many_devices.angles(4096))
+    error = np.abs(single["planned"] - full).max()
+    assert 0 < error < many_devices.scene().tolerance * full.max()
 
 
 def test_the_furnace_finds_the_albedo(single):
@@ -89,7 +102,6 @@ def test_a_kept_bake_is_the_same(single):
 
 COLLECTIVES = """
 import re, sys
-from functools import partial
 import jax
 import numpy as np
 jax.config.update("jax_num_cpu_devices", 8)
@@ -100,8 +112,7 @@ import fiberjax as fj
 mesh = jax.make_mesh((2, 4), ("hosts", "devices"))
 along = jax.NamedSharding(mesh, jax.P(("hosts", "devices")))
 at = [jax.device_put(np.float32(x), along) for x in many_devices.angles(4096)]
-f = partial(fj.evaluate, rule=many_devices.RULE, **many_devices.CHOICES)
-bulk = fj.in_blocks(f, mesh=mesh, block=many_devices.BLOCK)
+bulk = fj.in_blocks(many_devices.FULL, mesh=mesh, block=many_devices.BLOCK)
 loss = jax.jit(jax.grad(lambda fiber, *at: (bulk(fiber, *at) ** 2).sum()))
 for name, g in (("value", bulk), ("gradient", loss)):
     for line in g.lower(many_devices.hair(), *at).compile().as_text().splitlines():

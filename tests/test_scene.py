@@ -265,6 +265,9 @@ def test_the_table_of_a_plan(tmp_path):
     path.write_text(json.dumps(broken))
     with pytest.raises(ValueError, match="must be the file of a plan"):
         Plan.load(path)
+    path.write_text(json.dumps({**json.loads(first), "format": 0}))
+    with pytest.raises(ValueError, match="has format 0, must have 1"):
+        Plan.load(path)
 
 
 def test_the_scene_of_some_fibers():

@@ -24,6 +24,9 @@ from fiberjax.scenes import Scene
 from fiberjax.selection import DEFAULT_STRATEGY
 from fiberjax.table import replace
 
+FORMAT = 1
+"""Of files: another number means rules that compute something else by these names."""
+
 HEAD = "part", "what becomes of it", "bound", "before", "after"
 
 
@@ -155,6 +158,7 @@ class Plan:
         """Write the plan as JSON, whole or not at all."""
         model = self.model
         found = {
+            "format": FORMAT,
             "scene": self.scene.as_dict(),
             "lobes": model.lobes,
             "rest": model.rest,
@@ -173,10 +177,15 @@ class Plan:
         """The plan that `save` wrote, equal to it.
 
         Raises:
-            ValueError: not the file of a plan.
+            ValueError: not the file of a plan, or one of another format.
         """
         try:
             found = json.loads(Path(path).read_text())
+            if found["format"] != FORMAT:
+                raise ValueError(
+                    f"path = {path}: has format {found['format']}, must have {FORMAT}; "
+                    "plan the scene again"
+                )
             scene = Scene.from_dict(found["scene"])
             along = found["along"]
             model = Model(
