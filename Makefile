@@ -5,7 +5,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 # What pip installs of the optional parts; the shaders are run where `shader` is.
-EXTRAS ?= fits,figures,test
+EXTRAS ?= figures,test
 SUDO := $(shell [ "$$(id -u)" = 0 ] || command -v sudo)
 
 .PHONY: help test test-slow lint format fits shaders shader-deps figures clean
