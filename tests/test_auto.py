@@ -116,6 +116,13 @@ def test_the_tolerance_is_met(tolerance):
     check(2, "normal", jnp.float64, tolerance, tolerance)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-9])
+def test_the_tolerance_is_met_with_long_tails(tolerance):
+    """The logistic leaves more outside windows and between nodes than the normal."""
+    check(1, "logistic", jnp.float64, tolerance, tolerance)
+
+
 def test_grids_of_phi():
     """Where many phi share theta_d a series takes over; it gives the same."""
     phi, theta_d = np.linspace(-3, 3, 40)[:, None], np.radians([0, 40, 80])

@@ -134,10 +134,10 @@ class Auto(Rule):
             )
 
     def average(self, weight, section):
-        return self._graded(section.cos.dtype).average(weight, section)
+        return self._graded(section.cos.dtype, 1.0).average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):
-        graded = self._graded(phi.dtype)
+        graded = self._graded(phi.dtype, detector.care)
         what = weights, phi, section, detector
         shared = not detector.kink and many_phi(seen, phi, section)
         if shared:
@@ -162,9 +162,9 @@ class Auto(Rule):
         in_windows = Case(narrow, lambda some: windows.convolve(some, *what))
         return by_case(seen, [in_windows, *cases], like)
 
-    def _graded(self, dtype: Any) -> _Graded:
+    def _graded(self, dtype: Any, care: float) -> _Graded:
         """The precision of the dtype if that is all the tolerance can be."""
-        tolerance = max(self.tolerance, float(jnp.finfo(dtype).eps))
+        tolerance = max(self.tolerance / care, float(jnp.finfo(dtype).eps))
         return _Graded(tolerance=tolerance, s_min=self.s_min, s_max=self.s_max)
 
     def _series(self, graded, seen, weights, phi, section, detector):

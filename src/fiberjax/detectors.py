@@ -161,6 +161,8 @@ class Detector(NamedTuple):
     bandwidth(tolerance)           wave number times beta_n from which on a quadrature
                                    need not follow it
     effort(tolerance)              nodes of a window, relative to the normal
+    care                           by what `auto` divides its tolerance: long tails
+                                   leave more outside windows and between nodes
     kink                           whether the slope jumps at half a turn
     """
 
@@ -173,6 +175,7 @@ class Detector(NamedTuple):
     reach: Callable[[float], float]
     bandwidth: Callable[[float], float]
     effort: Callable[[float], float]
+    care: float
     kink: bool
 
     def within(self, low: float, high: float) -> "Detector":
@@ -196,6 +199,7 @@ DETECTORS = {
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
         lambda tolerance: math.sqrt(2 * math.log(1 / tolerance)),
         effort=lambda tolerance: 1.0,
+        care=1.0,
         kink=False,
     ),
     "logistic": Detector(
@@ -208,7 +212,8 @@ DETECTORS = {
         lambda tolerance: LOGISTIC_SCALE * math.log(4 / tolerance),
         lambda tolerance: math.log(1 / tolerance) / 2,
         # Its poles lie pi scales off the real axis, whatever the window's width.
-        effort=lambda tolerance: (3 + math.log(1 / tolerance)) / 8,
+        effort=lambda tolerance: (3 + math.log(1 / tolerance)) / 7.4,
+        care=20.0,
         kink=True,
     ),
 }
