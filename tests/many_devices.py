@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 import fiberjax as fj
@@ -66,6 +67,16 @@ def bake(mesh, folder):
     return fj.tabulate(f, axes, tolerance=0.02, mesh=mesh, **keep)
 
 
+def bake_in_float32(mesh, folder):
+    """The table of a function whose values are not of the dtype of its arguments."""
+
+    def f(x):
+        return jnp.float32(jnp.cos(3 * x))
+
+    keep = {"folder": folder, "chunk": 64, "entries": 256}
+    return fj.tabulate(f, {"x": (0.0, 1.0)}, tolerance=0.01, mesh=mesh, **keep)
+
+
 def main():
     """Compute all and write what the first process sees."""
     parser = argparse.ArgumentParser()
@@ -93,11 +104,12 @@ def main():
     spread = jax.sharding.PartitionSpec()
     whole = jax.jit(lambda x: x, out_shardings=jax.sharding.NamedSharding(mesh, spread))
     arrays: Any = {name: np.asarray(whole(x)) for name, x in found.items()}
-    folder = options.output.with_suffix("")
-    table = bake(mesh, folder)
-    again = bake(mesh, folder)
-    arrays |= {"table": table.values, "again": again.values, "devices": mesh.size}
-    arrays |= {f"axis {k}": axis for k, axis in enumerate(table.axes)}
+    arrays["devices"] = mesh.size
+    for name, of in (("table", bake), ("float32 table", bake_in_float32)):
+        folder = options.output.with_name(f"{options.output.stem} {name}")
+        table = of(mesh, folder)
+        arrays |= {name: table.values, f"{name} again": of(mesh, folder).values}
+        arrays |= {f"axis {k} of {name}": axis for k, axis in enumerate(table.axes)}
     if jax.process_index() == 0:
         np.savez(options.output, **arrays)
 

@@ -187,6 +187,29 @@ def test_the_albedo_of_a_fiber():
     assert len(baked.axes[0]) < 200
 
 
+def test_what_a_function_is_given():
+    """In float32 where that is asked for, as a plan in float32 does."""
+
+    def f(x):
+        assert x.dtype == np.float32
+        return jnp.cos(x)
+
+    baked = fj.tabulate(f, {"x": (0.0, 1.0)}, tolerance=1e-3, given=np.float32)
+    x = RNG.uniform(size=1000)
+    np.testing.assert_allclose(baked(x=x), np.cos(x), rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("few", [{"chunk": 16}, {"entries": 32}])
+def test_a_folder_of_few_points(few, tmp_path):
+    def bake(**keep):
+        axes = {"x": (0.0, 1.0)}
+        return fj.tabulate(lambda x: x * x, axes, tolerance=0.1, **few, **keep)
+
+    for kept in (bake(folder=tmp_path), bake(folder=tmp_path)):
+        for a, b in zip(jax.tree.leaves(kept), jax.tree.leaves(bake()), strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
 SCRIPT = """
 import sys, time
 import jax
@@ -277,6 +300,10 @@ BAD = {
     "dtype": (
         lambda: fj.tabulate(line, {"x": (0.0, 1.0)}, tolerance=0.1, dtype=np.float64),
         "dtype = float64: must be",
+    ),
+    "given": (
+        lambda: fj.tabulate(line, {"x": (0.0, 1.0)}, tolerance=0.1, given=np.float16),
+        "given = float16: must be float32 or float64",
     ),
     "rounding": (
         lambda: fj.tabulate(

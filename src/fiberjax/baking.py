@@ -90,6 +90,7 @@ def tabulate(
     *,
     tolerance: float,
     dtype: Any = np.float32,
+    given: Any = None,
     entries: int = 1 << 22,
     mesh: Mesh | None = None,
     folder: str | Path | None = None,
@@ -110,6 +111,8 @@ def tabulate(
         axes: (low, high) by the name of the argument, in the order they are stored.
         tolerance: largest error over the peak of each color, in (0, 1).
         dtype: float16 or float32, of what is stored.
+        given: float32 or float64, of the arrays that the function is given, as those of
+            a plan in float32; None for that of JAX.
         entries: the largest number of values of each color.
         mesh: devices that share the points, also those of other processes, which must
             call this alike; None for the default device.
@@ -130,12 +133,18 @@ def tabulate(
         raise ValueError(f"tolerance = {tolerance}: must lie in (0, 1)")
     if kind not in (np.float16, np.float32):
         raise ValueError(f"dtype = {kind}: must be float16 or float32")
+    real = jnp.result_type(float)
+    points = np.dtype(real if given is None else given)
+    if points not in (np.float32, real):
+        raise ValueError(f"given = {points}: must be float32 or {real}, as JAX has it")
     chunk = lobe_number("chunk", chunk, lowest=1)
     each = min(1025, round(min(_FIRST, entries) ** (1 / len(ranges))))
-    spec = {"tolerance": float(tolerance), "dtype": kind.name, "entries": entries}
+    spec = {"tolerance": float(tolerance), "dtype": kind.name, "given": points.name}
+    spec["entries"] = entries
     size = min(chunk, 1 << (each ** len(ranges) - 1).bit_length())
     place = None if folder is None else Path(folder)
-    values_on = Chunks(function, ranges, size, mesh, place, {**spec, "chunk": size})
+    spec["chunk"] = size
+    values_on = Chunks(function, ranges, size, mesh, place, spec, points)
     nodes = [np.linspace(*ends, each) for ends in ranges.values()]
     found, counts, floors, allowed = None, [], (None, tolerance), tolerance
     for k in range(_ROUNDS):

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.experimental import multihost_utils
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
@@ -34,6 +33,7 @@ class Chunks:
         mesh: devices that share it, or None.
         folder: where to keep chunks, or None.
         spec: what else must be the same for a folder to be used again, as JSON.
+        dtype: of the arguments.
 
     Raises:
         ValueError: the folder is of something else; a value that is not finite.
@@ -47,6 +47,7 @@ class Chunks:
         mesh: Mesh | None,
         folder: Path | None,
         spec: dict[str, Any],
+        dtype: np.dtype,
     ):
         def by_position(_, *columns):
             return function(**dict(zip(ranges, columns, strict=True)))
@@ -56,7 +57,7 @@ class Chunks:
         self.names, self.size = tuple(ranges), size
         self.folder = None
         self._bulk = in_blocks(by_position, mesh=mesh, block=block)
-        self._dtype = np.dtype(jnp.result_type(float))
+        self._dtype = dtype
         whole = None if mesh is None else NamedSharding(mesh, PartitionSpec())
         self._everywhere = jax.jit(lambda x: x, out_shardings=whole)
         columns = [jax.ShapeDtypeStruct((size,), self._dtype)] * len(ranges)
@@ -93,7 +94,9 @@ class Chunks:
         root = np.roots([1, *[0] * (len(low) - 1), -1, -1]).real.max()
         steps = np.arange(1, _PROBES + 1) / root ** np.arange(1, len(low) + 1)[:, None]
         probes = (low + (high - low) * (steps % 1)).astype(self._dtype)
-        found = self._evaluate(probes)
+        pieces = range(0, _PROBES, self.size)
+        found = [self._evaluate(probes[:, k : k + self.size]) for k in pieces]
+        found = np.concatenate(found)
         if jax.process_index() == 0:
             folder.mkdir(parents=True, exist_ok=True)
             path = folder / "spec.json"
@@ -115,7 +118,8 @@ class Chunks:
         if there:
             shape = (points.shape[1], *self.color)
             first = jax.process_index() == 0
-            return _agreed(np.load(path) if first else np.empty(shape, self._dtype))
+            empty = np.empty(shape, self._result.dtype)
+            return _agreed(np.load(path) if first else empty)
         values = self._evaluate(points)
         if jax.process_index() == 0:
 
