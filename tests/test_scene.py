@@ -31,13 +31,22 @@ untyped: Any = Scene
 HAIR = {"eta": 1.55, "beta_m": 0.3, "beta_n": 0.3}
 COUNT = 1 << 12
 FAST = ("black hair", "R only")
-NAMES = [
-    name
-    if name in FAST
-    # One process plans a scene for all that is asked of its plan.
-    else pytest.param(name, marks=[pytest.mark.slow, pytest.mark.xdist_group(name)])
-    for name in cases.SCENES
-]
+
+
+def of(*names):
+    """Scenes as parameters; one process plans a scene for all asked of its plan."""
+    slow = {
+        name: [pytest.mark.slow, pytest.mark.xdist_group(name)]
+        for name in names
+        if name not in FAST
+    }
+    return [pytest.param(name, marks=slow.get(name, ())) for name in names]
+
+
+NAMES = of(*cases.SCENES)
+BY_TABLES = [name for name in cases.SCENES if name not in ("smooth", "reference")]
+LEFT_OUT = {"black hair": {"rest"}, "R only": {"TT", "TRT", "rest"}}
+ABSENT = {"clear fiber": {"absorption"}, "no tilt": {"tilt"}}
 _PLANS: dict[str, Plan] = {}
 
 
@@ -87,23 +96,30 @@ def test_a_plan_keeps_its_promise(name):
     assert found.albedo_bound <= scene.tolerance
     assert found.pdf_bound <= scene.tolerance
     fiber, angles = cases.inside(scene, 256, 0)
-    for seed, of in product(range(1, 7), (at_the_ends, cases.inside)):
-        fiber, angles = of(scene, 256, seed)
+    for seed, drawn in product(range(1, 7), (at_the_ends, cases.inside)):
+        fiber, angles = drawn(scene, 256, seed)
         scene.check(fiber, theta_i=angles[0], theta_o=angles[1], phi=angles[2])
         assert cases.achieved(found.evaluate, scene, fiber, angles) <= scene.tolerance
     wide = jax.tree.map(lambda x: jnp.asarray(x, jnp.float64), fiber)
     theta_i = jnp.asarray(angles[0][:16], jnp.float64)
     wide_enough = scene.low("beta_n") >= 0.05
     rule: Any = {"rule": fj.GaussGamma(160)} if wide_enough else {}
-    albedo = fj.albedo(wide, theta_i, rule=fj.GaussGamma(160))
+    incidence: Any = {"incidence": scene.incidence}
+    albedo = fj.albedo(wide, theta_i, rule=fj.GaussGamma(160), **incidence)
     near = found.albedo(fiber, angles[0][:16]).astype(albedo.dtype)
     off = jnp.abs(near / albedo - 1)
     assert float(off.max()) <= scene.tolerance
-    draw = found.sample(fiber, angles[0][0], np.full((8, 5), 0.4, scene.dtype))
+    kept = {"lobes": found.model.lobes, "rest": found.model.rest}
+    kept |= {"detector": scene.detector, "incidence": scene.incidence}
+    u = np.random.default_rng(0).uniform(size=(64, 5)).astype(scene.dtype)
+    draw, eps = found.sample(fiber, angles[0][0], u), float(jnp.finfo(scene.dtype).eps)
     assert draw.weight.dtype == jnp.dtype(scene.dtype)
+    for a, b in zip(draw, fj.sample(fiber, angles[0][0], u, **kept), strict=True):
+        np.testing.assert_allclose(a, b, rtol=100 * eps)
     assert found.evaluate(fiber, *angles).dtype == jnp.dtype(scene.dtype)
-    kept = {"lobes": found.model.lobes, "rest": found.model.rest, **rule}
-    exact = fj.pdf(wide, *(jnp.asarray(x[:64], jnp.float64) for x in angles), **kept)
+    exact = fj.pdf(
+        wide, *(jnp.asarray(x[:64], jnp.float64) for x in angles), **kept, **rule
+    )
     density = found.pdf(fiber, *(x[:64] for x in angles)).astype(exact.dtype)
     assert float(jnp.abs(density - exact).max()) <= scene.tolerance * float(exact.max())
 
@@ -115,9 +131,14 @@ def test_what_is_left_out_is_not_compiled(name):
     after = counted(found.evaluate, scene)
     model = found.model
     parts = len(model.parts)
+    gone = {row.part for row in found.rows if row.decision == "left out"}
+    assert gone == LEFT_OUT.get(name, set())
+    absent = {row.part for row in found.rows if row.decision == "absent"}
+    assert absent == ABSENT.get(name, set())
     # One exponential for each M, one for a tilt's sine and cosine of the whole call.
     rules = {type(rule).__name__ for _, rule in by_lobe(model).rules}
-    if rules == {"Tabled"}:
+    assert (rules == {"Tabled"}) == (name in BY_TABLES)
+    if name in BY_TABLES:
         assert after["exp"] < parts + 1
         assert after["trigonometric"] < 0.1
     if model.along is not None:
@@ -127,19 +148,37 @@ def test_what_is_left_out_is_not_compiled(name):
     assert cost(after) < cost(before) / (3 if name != "reference" else 1)
 
 
-@pytest.mark.parametrize("name", FAST)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_lowered_program(name):
-    """Of all directions at once there is one exponential for each M, and no angle."""
+    """Less of every kind is compiled than in the full model, whatever is run of it."""
     found = planned(name)
     fiber, angles = cases.inside(found.scene, COUNT, 2)
-    text = jax.jit(found.evaluate).lower(fiber, *angles).as_text()
+    full, text = (
+        jax.jit(f).lower(fiber, *angles).as_text()
+        for f in (cases.full(found.scene), found.evaluate)
+    )
 
-    def each(kinds):
-        return len(re.findall(rf"stablehlo.({kinds}) [^\n]*tensor<{COUNT}x", text))
+    def each(kinds, text, size=""):
+        return len(re.findall(rf"stablehlo.({kinds}) [^\n]*tensor<{size}", text))
 
-    assert 1 <= each("exponential|exponential_minus_one") <= len(found.model.parts)
-    assert each("multiply") > 100
-    assert each("sine|cosine|tan|atan2|log|log_plus_one|power") == 0
+    logs = "log|log_plus_one|power"
+    exponentials = "exponential|exponential_minus_one"
+    trigonometric = "sine|cosine|tan|atan2"
+    for kinds in (logs, exponentials, trigonometric, "sqrt|rsqrt"):
+        assert each(kinds, text) < each(kinds, full)
+    # Those of the fiber alone: the tilt of each lobe.
+    parts = len(found.model.parts)
+    tilts = 0 if found.scene.alpha is None else 2 * parts
+    if name in BY_TABLES:
+        # Of all directions at once there is one exponential for each M, and no angle.
+        every = f"{COUNT}x"
+        assert each(logs, text) == 0
+        assert each(trigonometric, text) <= tilts
+        assert 1 <= each(exponentials, text, every) <= parts
+        assert each(trigonometric, text, every) == 0
+        assert each("multiply", text, every) > 100
+    elif name == "reference":
+        assert each(logs, text) == 0
 
 
 def test_choices_are_made_by_cost():
@@ -183,18 +222,39 @@ def test_absorption_and_tilt_are_not_compiled():
     assert straight["flop"] < whole["flop"]
 
 
-def test_derivatives_are_those_of_the_full_model():
-    found = planned("black hair")
-    fiber, angles = cases.inside(found.scene, COUNT, 3)
+def slopes(f, fiber, angles):
+    """Derivatives of a mean square in the fiber's numbers and in angles."""
 
-    def total(f):
-        return jax.grad(
-            lambda fiber, *angles: (f(fiber, *angles) ** 2).mean(), argnums=(0, 1, 2, 3)
-        )(fiber, *angles)
+    def total(fiber, *angles):
+        return (f(fiber, *angles) ** 2).mean()
 
-    exact, near = total(cases.full(found.scene)), total(found.evaluate)
-    for a, b in zip(jax.tree.leaves(exact), jax.tree.leaves(near), strict=True):
-        np.testing.assert_allclose(b, a, rtol=0, atol=0.01 * float(jnp.abs(a).max()))
+    return jax.tree.leaves(
+        jax.grad(total, (0, *range(1, 1 + len(angles))))(fiber, *angles)
+    )
+
+
+@pytest.mark.parametrize("name", of("black hair", "smooth", "game"))
+def test_derivatives_are_those_of_the_full_model(name):
+    found = planned(name)
+    scene = found.scene
+    fiber, angles = cases.inside(scene, COUNT // 2, 3)
+    ends = scene.low("beta_n") / 1.01, scene.high("beta_n") * 1.01
+    rule = fj.GaussGamma(96) if ends[0] >= 0.05 else fj.auto(1e-12, *ends)
+    full = partial(fj.evaluate, rule=rule)
+    kept = {"lobes": found.model.lobes, "rest": found.model.rest}
+    exact, near = (slopes(f, fiber, angles) for f in (full, found.evaluate))
+    if name == "black hair":
+        for f, g in (
+            (partial(fj.albedo, rule=rule), found.albedo),
+            (partial(fj.pdf, rule=rule, **kept), found.pdf),
+        ):
+            some = [x[:64] for x in angles[: 1 if g == found.albedo else 3]]
+            exact += slopes(f, fiber, some)
+            near += slopes(g, fiber, some)
+    for a, b in zip(exact, near, strict=True):
+        assert b.dtype == jnp.dtype(scene.dtype)
+        atol = 10 * scene.tolerance * float(jnp.abs(a).max())
+        np.testing.assert_allclose(b, a, rtol=0, atol=atol)
 
 
 def test_few_directions_take_nodes():
@@ -224,6 +284,31 @@ def test_one_direction_up_to_a_pole():
     for seed in range(1, 7):
         fiber, angles = at_the_ends(scene, 1024, seed)
         assert cases.achieved(found.evaluate, scene, fiber, angles) < 1e-4
+
+
+@pytest.mark.slow
+def test_a_scene_unlike_the_others():
+    """All that has another choice has it, from a refractive index of 1 on."""
+    scene = Scene(
+        eta=(1.0, 1.7),
+        beta_m=(0.03, 0.8),
+        beta_n=(0.01, 0.9),
+        alpha=(-0.2, 0.3),
+        sigma_a=(0, 20),
+        widths_m=(1.0, 0.7, 1.6),
+        widths_n=(1.0, 0.9, 1.3),
+        tilts=(2.0, -1.0, -4.0, 0.5),
+        detector="logistic",
+        incidence="theta_i",
+        tolerance=1e-3,
+    )
+    found = plan(scene)
+    assert "auto(" in str(found)
+    for seed, drawn in product((1, 2), (at_the_ends, cases.inside)):
+        fiber, angles = drawn(scene, 256, seed)
+        assert cases.achieved(found.evaluate, scene, fiber, angles) < 1e-3
+        slope = slopes(found.evaluate, fiber, angles)
+        assert all(bool(jnp.isfinite(x).all()) for x in slope)
 
 
 def test_a_plan_in_blocks_and_baked():
@@ -258,13 +343,19 @@ def test_the_table_of_a_plan(tmp_path):
     assert again == found
     assert hash(again) == hash(found)
     first = path.read_bytes()
+
+    def no_json(text):
+        raise AssertionError(f"{text} is no JSON")
+
+    json.loads(first, parse_constant=no_json)
     again.save(path)
     assert path.read_bytes() == first
     broken = json.loads(first)
     del broken["rule"]
-    path.write_text(json.dumps(broken))
-    with pytest.raises(ValueError, match="must be the file of a plan"):
-        Plan.load(path)
+    for text in (json.dumps(broken), json.dumps({**broken, "rule": "x"}), "[]", "{"):
+        path.write_text(text)
+        with pytest.raises(ValueError, match="must be the file of a plan"):
+            Plan.load(path)
     path.write_text(json.dumps({**json.loads(first), "format": 0}))
     with pytest.raises(ValueError, match="has format 0, must have 1"):
         Plan.load(path)
@@ -287,6 +378,21 @@ def test_the_scene_of_some_fibers():
         Scene.of(replace(fibers, widths_m=wide), tolerance=1e-3)
     with pytest.raises(ValueError, match=r"eta = 1.5: is that of the fibers"):
         Scene.of(fibers, eta=1.5, tolerance=1e-3)
+    none = jax.tree.map(lambda x: x[:0], fibers)
+    with pytest.raises(ValueError, match=r"eta of the fibers has shape \(0,\)"):
+        Scene.of(none, tolerance=1e-3)
+
+
+def test_a_check_allows_the_rounding_of_float32_alone():
+    wide = Scene(
+        eta=1.55, beta_m=0.3, beta_n=(1e-6, 1), sigma_a=(0, 1e4), tolerance=0.1
+    )
+    inside = fj.Fiber(1.55, 0.3, np.float32(1e-6), None, np.float32(1e4))
+    wide.check(inside)
+    with pytest.raises(ValueError, match=r"beta_n = 1e-09: must lie in \[1e-06, 1\]"):
+        wide.check(replace(inside, beta_n=1e-9))
+    with pytest.raises(ValueError, match=r"sigma_a = -0.005: must lie in \[0, 10000\]"):
+        wide.check(replace(inside, sigma_a=-5e-3))
 
 
 BAD = {
@@ -304,7 +410,15 @@ BAD = {
     "theta": ({"theta_i": (-2, 0)}, r"theta_i = \(-2, 0\): must be finite and lie in"),
     "no theta": ({"theta_o": None}, "theta_o = None: must be a number"),
     "tolerance": ({"tolerance": 0.0}, r"tolerance = 0.0: must lie in \(0, 1\)"),
+    "no tolerance": ({"tolerance": None}, "tolerance = None: must lie in"),
+    "two tolerances": ({"tolerance": (1e-3,)}, r"tolerance = \(0.001,\): must lie in"),
     "dtype": ({"dtype": "float16"}, "dtype = 'float16': must be one of"),
+    "unknown dtype": ({"dtype": "foo"}, "dtype = 'foo': must be one of"),
+    "no dtype": ({"dtype": None}, "dtype = None: must be one of"),
+    "digits": ({"eta": "1.5"}, "eta = '1.5': must be a number"),
+    "flag": ({"beta_m": True}, "beta_m = True: must be a number"),
+    "no widths": ({"widths_m": None}, "widths_m = None: must be numbers"),
+    "text for widths": ({"widths_m": ("a",)}, r"widths_m = \('a',\): must be numbers"),
     "detector": ({"detector": "box"}, "detector = 'box': must be one of"),
     "widths": ({"widths_m": ()}, r"widths_m = \(\): must be numbers"),
 }
@@ -339,6 +453,8 @@ def test_a_tolerance_that_rounding_hides(tmp_path):
         plan(scene)
     reachable = re.search(message, str(refused.value))
     assert reachable
+    with pytest.raises(ValueError, match=rf"must be >= {reachable[1]} for"):
+        plan(replace(scene, tolerance=0.49 * float(reachable[1])))
     found = plan(replace(scene, tolerance=float(reachable[1])))
     assert found.bound <= float(reachable[1]) < 1e-3
     found.save(tmp_path / "plan.json")

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from fiberjax.asking import LEFT_OUT, MARGIN, NAMES, TAIL, Asked, lost
+from fiberjax.asking import MARGIN, TAIL, Asked, lost
 from fiberjax.auto import Auto
-from fiberjax.formulas import FORMS, density_tolerance
+from fiberjax.detectors import DETECTORS
+from fiberjax.formulas import density_tolerance
 from fiberjax.graded import grading, layer
 from fiberjax.measured import ORDERS
 from fiberjax.orders import REST, averaged, needed, turning
@@ -49,7 +50,7 @@ def predicted(scene: Scene, lobe: int, tolerance: float) -> float:
     for eta in scene.ends("eta"):
         k = (eta - 1) * (eta + 1)
         delta = np.float64(max(math.sqrt(k), 1e-3))
-        band = math.sqrt(2 * math.log(1 / tolerance)) / low
+        band = DETECTORS[scene.detector].bandwidth(tolerance) / low
         turns = band * turning(lobe, np.float64(0), np.float64(eta), delta, np)
         found.append(float(needed(turns, delta, lobe, math.log(1 / tolerance), np)))
     return max(found)
@@ -66,6 +67,10 @@ class Search:
         if k not in self._found:
             self._found[k] = MARGIN * np.asarray(self._measure(k), float)
         return self._found[k]
+
+    def at(self, order: int) -> np.ndarray:
+        """The same by the number itself, one of ORDERS."""
+        return self.errors(ORDERS.index(order))
 
     def least(
         self, which: int, allowed: float, at_least: int = 0
@@ -134,22 +139,32 @@ def rounded(tolerance: float) -> float:
     return 10.0 ** math.floor(math.log10(tolerance))
 
 
+class Unreachable(Exception):
+    """No rule meets what is allowed in the dtype of the scene."""
+
+
+def rounding(scene: Scene, lobe: int) -> float:
+    """What rounding costs over the peak of N, as `auto` says."""
+    turns = 4 * math.pi / min(scene.roughness("n", lobe)[0], 1)
+    turns += 4 * lobe * scene.high("sigma_a")
+    return float(np.finfo(scene.dtype).eps) * turns
+
+
 def _narrow(scene: Scene, lobe: int, allowed: float) -> Choice:
     """Windows, or the rule that chooses when running, by their own tolerance."""
     low, high = scene.roughness("n", lobe)
-    turns = 4 * math.pi / min(low, 1) + 4 * lobe * scene.high("sigma_a")
-    rounding = float(np.finfo(scene.dtype).eps) * turns
-    if rounding >= allowed:
-        raise unreachable(scene, rounding)
+    floor = rounding(scene, lobe)
+    if floor >= allowed:
+        raise Unreachable
     # Less by a little, so that the bounds of a plan cannot add up to more by rounding.
-    tolerance = max(0.99 * float(allowed - rounding), 1e-15)
+    tolerance = max(0.99 * float(allowed - floor), 1e-15)
     if high < _NARROW and scene.detector == "normal":
         order = math.ceil(1.3 * math.log(1 / tolerance))
         rule = Windowed(order, tolerance)
-        return Choice(rule, tolerance + rounding, f"windows of {order} nodes")
+        return Choice(rule, tolerance + floor, f"windows of {order} nodes")
     tolerance = max(rounded(tolerance), 1e-15)
     rule = Auto(tolerance, low / 1.01, high * 1.01)
-    return Choice(rule, tolerance + rounding, f"auto({tolerance:.0e})")
+    return Choice(rule, tolerance + floor, f"auto({tolerance:.0e})")
 
 
 def _table(
@@ -190,7 +205,7 @@ def choose(
     """The rule of a part, the cheapest that meets what is allowed.
 
     Closed form, table or nodes, by their flops; windows, or a choice made when running,
-    where roughness is too small for those.
+    where roughness is too small for those; `Unreachable` if rounding hides it.
     """
     scene = asked.scene
     if closed is not None and part < 2 and closed[part] <= allowed:
@@ -210,15 +225,5 @@ def choose(
     if both:
         return min(both, key=lambda choice: choice.flops)
     if lobe is None:
-        # Half of what is allowed is for what is measured.
-        raise unreachable(scene, 2 * search.errors(len(ORDERS) - 1)[part])
+        raise Unreachable
     return _narrow(scene, lobe, allowed)
-
-
-def unreachable(scene: Scene, error: float) -> ValueError:
-    """The error of a tolerance that one part alone exceeds, at the least."""
-    reached = error / (1 - LEFT_OUT - 2 * FORMS)
-    return ValueError(
-        f"tolerance = {scene.tolerance:g}: must be >= {1.2 * len(NAMES) * reached:.1g} "
-        f"for this scene in {scene.dtype}"
-    )

@@ -27,8 +27,9 @@ ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 
 _AVERAGES = GaussGamma(192)
 """For what has no azimuth: not the rule whose numbers of nodes are to be found."""
 
-_SOME = 4
-"""Every so many fibers are enough for a density."""
+_SOME = 3
+"""Every so many fibers are enough for a density: an odd stride meets both ends of all
+numbers among the corners."""
 
 
 class Exact(NamedTuple):
@@ -125,8 +126,9 @@ def node_errors(model: Model, index: Any, sample: Probe, at: Exact, peak: Floats
         values = worst(_parts(tried, at), exact.values, peak)
         albedo = albedo_model(tried, at.fiber, _plain(at.theta_i), True)
         total = exact.albedo.sum(0)
-        away = jnp.abs(albedo.astype(total.dtype) - exact.albedo).sum(0) / total
-        return values, away.max()
+        away = jnp.abs(albedo.astype(total.dtype) - exact.albedo).sum(0)
+        # A fiber that does not reflect and absorbs all has none.
+        return values, (away / jnp.where(total > 0, total, 1)).max()
 
     values, albedo = jax.lax.map(one, (sample, at, peak))
     return values.max(0), albedo.max()
@@ -152,7 +154,7 @@ def _few(sample: Probe) -> Probe:
 
 @partial(jax.jit, static_argnames="model")
 def densities(model: Model, sample: Probe) -> Floats:
-    """The pdf on every fourth fiber, (F/4, I, J, K)."""
+    """The pdf on every third fiber, (F/3, I, J, K)."""
 
     def one(at):
         return pdf_model(model, DEFAULT_STRATEGY, at.fiber, *_angles(at))

@@ -1,5 +1,6 @@
 """Rules that know their roughness beforehand, and one that has a rule for each lobe."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -136,7 +137,9 @@ def as_data(rule: Rule) -> dict[str, Any]:
         return {"kind": kind, **vars(rule), "otherwise": as_data(rule.otherwise)}
     if kind not in _KINDS:
         raise ValueError(f"rule = {rule!r}: must be one of {tuple(_KINDS)}")
-    return {"kind": kind, **vars(rule)}
+    # JSON has no infinity.
+    values = {k: None if x == math.inf else x for k, x in vars(rule).items()}
+    return {"kind": kind, **values}
 
 
 def from_data(found: dict[str, Any]) -> Rule:
@@ -152,7 +155,7 @@ def from_data(found: dict[str, Any]) -> Rule:
         return Tabled(spans, given["low"], given["high"], otherwise)
     if kind not in _KINDS:
         raise ValueError(f"rule = {kind!r}: must be one of {tuple(_KINDS)}")
-    return _KINDS[kind](**given)
+    return _KINDS[kind](**{k: math.inf if x is None else x for k, x in given.items()})
 
 
 _KINDS: dict[str, type[Rule]] = {

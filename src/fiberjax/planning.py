@@ -1,8 +1,10 @@
 """How a scene becomes a plan: what is left out, and what the rest is computed with."""
 
 import math
+from bisect import bisect_left
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,12 +14,13 @@ from fiberjax.asking import MARGIN, NAMES, TAIL, Asked, ask, kept, lost
 from fiberjax.auto import Auto
 from fiberjax.choices import (
     Search,
+    Unreachable,
     averaging,
     choose,
     enough,
     predicted,
     rounded,
-    unreachable,
+    rounding,
 )
 from fiberjax.formulas import FORMS, along, density_tolerance, formulas_said
 from fiberjax.measured import ORDERS, full_model
@@ -38,26 +41,53 @@ _ELSEWHERE = 96
 """Where the second sample begins."""
 
 
-def _density_rule(asked: Asked, kept: Model) -> tuple[Rule, float]:
+class _Search(NamedTuple):
+    """What is asked on two samples and around them, and errors by numbers of nodes."""
+
+    asked: Asked
+    again: Asked
+    nodes: Search
+    of_tables: Search
+
+
+def _density_rule(found: _Search, scene: Scene, kept: Model) -> tuple[Rule, float]:
     """One rule for the density that samples are drawn from."""
-    scene = asked.scene
-    expected = measured.densities(kept, asked.sample)
 
-    def measure(k):
-        return np.atleast_1d(measured.density_error(kept, k, asked.sample, expected))
+    def on(asked):
+        @cache
+        def expected():
+            return measured.densities(kept, asked.sample)
 
-    search, tolerance = Search(measure), 0.75 * scene.tolerance
+        def measure(k):
+            error = measured.density_error(kept, k, asked.sample, expected())
+            return np.atleast_1d(error)
+
+        return Search(measure)
+
+    search, again, tolerance = on(found.asked), on(found.again), 0.75 * scene.tolerance
     lobes = [p for p in kept.lobes if p < TAIL]
     low = min(scene.roughness("n", p)[0] for p in lobes)
     high = max(scene.roughness("n", p)[1] for p in lobes)
     if predicted(scene, max(lobes), tolerance) <= 2 * ORDERS[-1]:
-        found = search.least(0, tolerance, enough(scene, tolerance))
-        if found is not None:
-            order, bound = found
+        least = search.least(0, tolerance, enough(scene, tolerance))
+        least = least and again.least(0, tolerance, least[0])
+        errors = least and [x.at(least[0])[0] for x in (search, again)]
+        if least and errors and max(errors) <= tolerance:
             density = min(density_tolerance(scene, p) for p in lobes)
-            return Planned(order, density, low, high), bound + FORMS * scene.tolerance
-    tolerance = max(rounded(tolerance), 1e-15)
-    return Auto(tolerance, low / 1.01, high * 1.01), tolerance
+            rule = Planned(least[0], density, low, high)
+            return rule, float(max(errors)) + FORMS * scene.tolerance
+    floor = max(rounding(scene, p) for p in lobes)
+    if floor >= tolerance:
+        raise Unreachable
+    tolerance = max(rounded(tolerance - floor), 1e-15)
+    return Auto(tolerance, low / 1.01, high * 1.01), tolerance + floor
+
+
+def _coarser(tolerance: float) -> list[float]:
+    """All of one digit, 1, 2 or 5, above a tolerance and below 1."""
+    lowest = math.floor(math.log10(tolerance))
+    every = (float(f"{d}e{k}") for k in range(lowest, 0) for d in (1, 2, 5))
+    return [x for x in every if x > tolerance]
 
 
 def plan(scene: Scene) -> Plan:
@@ -70,7 +100,8 @@ def plan(scene: Scene) -> Plan:
     between, of 6 theta_i, 16 theta_o and 40 phi each, against the full model in
     float64; those of formulas are a priori, and half of those of averages. They add up
     to less than the tolerance, and `MARGIN` times the error of the plan as a whole, on
-    this sample and on a second one, is less too.
+    this sample and on a second one, is less too. That of the pdf is measured on every
+    third fiber of both.
 
     Args:
         scene: what will be asked for.
@@ -80,21 +111,45 @@ def plan(scene: Scene) -> Plan:
 
     Raises:
         ValueError: float64 is not enabled, or the tolerance cannot be met in the dtype
-            of the scene; the message has the one that can.
+            of the scene; the message has the smallest of one digit, 1, 2 or 5, that
+            can.
     """
     if jnp.result_type(float) != jnp.float64:
         raise ValueError("jax_enable_x64 is False: must be True to plan, not to run")
     asked, again = ask(scene), ask(scene, _ELSEWHERE)
     whole = replace(scene, phi=(-math.pi, math.pi))
     around = asked if whole == scene else ask(whole)
-    error = math.inf
+    full = full_model(scene)
+    nodes = _searching(full, asked)
+    of_tables = nodes if around is asked else _searching(full, around)
+    search = _Search(asked, again, nodes, of_tables)
+    found = _met(search, scene)
+    if found is not None:
+        return found
+    wanted = _coarser(scene.tolerance)
+
+    def meets(tolerance):
+        return _met(search, replace(scene, tolerance=tolerance)) is not None
+
+    k = bisect_left(wanted, True, key=meets)
+    said = f"must be >= {wanted[k]:g}" if k < len(wanted) else "there is none"
+    raise ValueError(
+        f"tolerance = {scene.tolerance:g}: {said} for this scene in {scene.dtype}"
+    )
+
+
+def _met(search: _Search, scene: Scene) -> Plan | None:
+    """The plan of a scene as a whole; None if it does not meet the tolerance."""
     for k in range(_ATTEMPTS):
-        found = _attempt(asked, around, scene.tolerance / 4**k)
+        try:
+            found = _attempt(search, scene, scene.tolerance / 4**k)
+        except Unreachable:
+            return None
         # Unlike max, NaN stays.
-        error = MARGIN * float(np.max([_error(found.model, x) for x in (asked, again)]))
-        if error <= scene.tolerance:
+        both = [_error(found.model, x) for x in (search.asked, search.again)]
+        if MARGIN * float(np.max(both)) <= scene.tolerance:
             return found
-    raise unreachable(scene, error)
+    return None
 
 
 def _error(model: Model, asked: Asked) -> float:
@@ -115,13 +170,13 @@ def _searching(full: Model, asked: Asked) -> Search:
     return Search(measure)
 
 
-def _attempt(asked: Asked, around: Asked, tolerance: float) -> Plan:
+def _attempt(search: _Search, promised: Scene, tolerance: float) -> Plan:
     """A plan whose bounds add up to less than a tolerance.
 
-    A table holds all phi: its nodes are searched `around` the fiber.
+    A table holds all phi: its nodes are searched around the fiber.
     """
-    scene = replace(asked.scene, tolerance=tolerance)
-    asked = asked._replace(scene=scene)
+    scene = replace(promised, tolerance=tolerance)
+    asked = search.asked._replace(scene=scene)
     full, needed = full_model(scene), kept(asked)
     by_peak, by_albedo = lost(asked)
     gone = [k for k in range(len(NAMES)) if k not in needed]
@@ -129,8 +184,6 @@ def _attempt(asked: Asked, around: Asked, tolerance: float) -> Plan:
     left = tolerance - by_peak[gone].sum() - by_form - FORMS * tolerance
     allowed = left / len(needed)
 
-    search = _searching(full, asked)
-    of_tables = search if around.sample is asked.sample else _searching(full, around)
     closed = None
     if max(scene.roughness("n", p)[1] for p in (0, 1)) <= _SMOOTH:
         errors = measured.closed_errors(full, asked.sample, asked.exact, asked.peak)
@@ -141,12 +194,13 @@ def _attempt(asked: Asked, around: Asked, tolerance: float) -> Plan:
         return sizes(asked, full, allowed / 2)
 
     choices = {
-        k: choose(asked, k, search, of_tables, tables, closed, allowed) for k in needed
+        k: choose(asked, k, search.nodes, search.of_tables, tables, closed, allowed)
+        for k in needed
     }
     left = tolerance - by_albedo[gone].sum()
-    mean = averaging(scene, search, len(NAMES), 1.0, left)
+    mean = averaging(scene, search.nodes, len(NAMES), 1.0, left)
     if mean is None:
-        raise unreachable(scene, 2 * float(search.errors(len(ORDERS) - 1)[-1]))
+        raise Unreachable
     rules = [(None if k == TAIL else k, c.rule) for k, c in choices.items()]
     lobes = tuple(k for k in needed if k != TAIL)
     sample, peak = asked.sample, asked.peak
@@ -161,11 +215,11 @@ def _attempt(asked: Asked, around: Asked, tolerance: float) -> Plan:
     rule = ByLobe(joined(rules, holds), mean[0])
     model = replace(full, lobes=lobes, rest=TAIL in needed, rule=rule, along=form)
     density, pdf_bound = _density_rule(
-        asked, replace(model, rule=full.rule, along=None)
+        search, scene, replace(model, rule=full.rule, along=None)
     )
     found = _rows(scene, model, choices, by_peak, by_form)
     bound = float(by_albedo[gone].sum() + mean[1])
-    return Plan(asked.scene, model, density, found, bound, pdf_bound)
+    return Plan(promised, model, density, found, bound, pdf_bound)
 
 
 def _rows(scene, model, choices, by_peak, by_form) -> tuple[Row, ...]:

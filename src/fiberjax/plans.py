@@ -169,7 +169,7 @@ class Plan:
             "albedo_bound": self.albedo_bound,
             "pdf_bound": self.pdf_bound,
         }
-        text = json.dumps(found, indent=1) + "\n"
+        text = json.dumps(found, indent=1, allow_nan=False) + "\n"
         replace(Path(path), lambda file: file.write_text(text))
 
     @classmethod
@@ -181,11 +181,15 @@ class Plan:
         """
         try:
             found = json.loads(Path(path).read_text())
-            if found["format"] != FORMAT:
-                raise ValueError(
-                    f"path = {path}: has format {found['format']}, must have {FORMAT}; "
-                    "plan the scene again"
-                )
+            written = found["format"]
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"path = {path}: must be the file of a plan") from error
+        if written != FORMAT:
+            raise ValueError(
+                f"path = {path}: has format {written}, must have {FORMAT}; "
+                "plan the scene again"
+            )
+        try:
             scene = Scene.from_dict(found["scene"])
             along = found["along"]
             model = Model(
@@ -199,7 +203,7 @@ class Plan:
             rows = tuple(Row(**row) for row in found["rows"])
             rest = found["albedo_bound"], found["pdf_bound"]
             return cls(scene, model, from_data(found["density"]), rows, *rest)
-        except (KeyError, TypeError, json.JSONDecodeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"path = {path}: must be the file of a plan") from error
 
 

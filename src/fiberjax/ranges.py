@@ -26,10 +26,10 @@ def interval(name: str, given: Any, allowed: Interval, touch: bool = True) -> In
     """
     said = f"{name} = {given!r}: must be a number or (low, high)"
     try:
-        ends = np.asarray(given, float)
-    except (TypeError, ValueError) as error:
+        ends = np.asarray(given)
+    except ValueError as error:
         raise ValueError(said) from error
-    if given is None or ends.shape not in ((), (2,)):
+    if ends.dtype.kind not in "fiu" or ends.shape not in ((), (2,)):
         raise ValueError(said)
     low, high = (float(x) for x in np.broadcast_to(ends, 2))
     if low > high:
@@ -47,5 +47,5 @@ def interval(name: str, given: Any, allowed: Interval, touch: bool = True) -> In
 def covers(outer: Interval, values: Any) -> bool:
     """Whether all values lie in the interval, but for the rounding of float32."""
     values = np.asarray(values, float)
-    slack = 1e-6 * max(1.0, abs(outer[0]), abs(outer[1]))
-    return bool(((values >= outer[0] - slack) & (values <= outer[1] + slack)).all())
+    low, high = outer[0] - 1e-6 * abs(outer[0]), outer[1] + 1e-6 * abs(outer[1])
+    return bool(((values >= low) & (values <= high)).all())

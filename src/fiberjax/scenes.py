@@ -21,6 +21,14 @@ NUMBERS = ("eta", "beta_m", "beta_n", "alpha", "sigma_a")
 DTYPES = ("float32", "float64")
 
 
+def _name(dtype: Any) -> Any:
+    """The name of a dtype; what is none stays, and NumPy takes None for one."""
+    try:
+        return None if dtype is None else np.dtype(dtype).name
+    except TypeError:
+        return dtype
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """The fibers and directions that will be asked for, and how well.
@@ -72,21 +80,22 @@ class Scene:
             allowed = ANGLES[name] if name in ANGLES else DOMAINS[name]
             touch = name in MAY_TOUCH or name in ANGLES
             put(name, interval(name, given, allowed, touch))
-        tolerance = float(self.tolerance)
-        if not 0 < tolerance < 1:
+        tolerance = np.asarray(self.tolerance)
+        if tolerance.dtype.kind != "f" or tolerance.ndim or not 0 < tolerance < 1:
             raise ValueError(f"tolerance = {self.tolerance!r}: must lie in (0, 1)")
-        put("tolerance", tolerance)
-        put("dtype", str(np.dtype(self.dtype)))
+        put("tolerance", float(tolerance))
+        put("dtype", _name(self.dtype))
         choice("dtype", self.dtype, DTYPES)
         for name in PER_LOBE:
-            factors = tuple(float(x) for x in np.ravel(getattr(self, name)))
-            bad = [x for x in factors if not DOMAINS[name][0] < x < np.inf]
-            if not factors or bad:
+            factors = np.ravel(np.asarray(getattr(self, name)))
+            least = DOMAINS[name][0]
+            good = factors.dtype.kind in "fiu" and factors.size
+            if not good or not ((least < factors) & (factors < np.inf)).all():
                 raise ValueError(
                     f"{name} = {getattr(self, name)!r}: must be numbers above "
-                    f"{DOMAINS[name][0]:g}, one at least"
+                    f"{least:g}, one at least"
                 )
-            put(name, factors)
+            put(name, tuple(factors.astype(float).tolist()))
         choice("detector", self.detector, tuple(DETECTORS))
         choice("incidence", self.incidence, INCIDENCES)
 
@@ -110,6 +119,11 @@ class Scene:
             value = getattr(fibers, name)
             if value is not None:
                 value = np.asarray(value, float)
+                if not value.size:
+                    raise ValueError(
+                        f"{name} of the fibers has shape {value.shape}: must have one "
+                        "fiber at least"
+                    )
                 value = float(value.min()), float(value.max())
             found[name] = value
         for name in PER_LOBE:
