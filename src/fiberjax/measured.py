@@ -19,7 +19,6 @@ from fiberjax.probes import Probe
 from fiberjax.ranges import Interval
 from fiberjax.rules import Rule
 from fiberjax.scenes import Scene
-from fiberjax.selection import DEFAULT_STRATEGY
 
 ORDERS = (*range(3, 13), *range(14, 25, 2), 28, 32, 36, 40, 44, 48, 56, 64, 80, 96)
 """The numbers of nodes that are tried."""
@@ -152,24 +151,26 @@ def _few(sample: Probe) -> Probe:
     return jax.tree.map(lambda x: x[::_SOME], sample)
 
 
-@partial(jax.jit, static_argnames="model")
-def densities(model: Model, sample: Probe) -> Floats:
+@partial(jax.jit, static_argnames=("model", "strategy"))
+def densities(model: Model, strategy: str, sample: Probe) -> Floats:
     """The pdf on every third fiber, (F/3, I, J, K)."""
 
     def one(at):
-        return pdf_model(model, DEFAULT_STRATEGY, at.fiber, *_angles(at))
+        return pdf_model(model, strategy, at.fiber, *_angles(at))
 
     return jax.lax.map(one, _few(in_float64(sample)))
 
 
-@partial(jax.jit, static_argnames="model")
-def density_error(model: Model, index: Any, sample: Probe, at: Floats) -> Floats:
+@partial(jax.jit, static_argnames=("model", "strategy"))
+def density_error(
+    model: Model, strategy: str, index: Any, sample: Probe, at: Floats
+) -> Floats:
     """The largest error of the pdf over its peak with ORDERS[index] nodes."""
     tried = _tried(model, index)
 
     def one(both):
         where, expected = both
-        found = pdf_model(tried, DEFAULT_STRATEGY, where.fiber, *_angles(where))
+        found = pdf_model(tried, strategy, where.fiber, *_angles(where))
         peak = expected.max((-1, -2))
         return worst(found[None], expected[None], peak)[0]
 

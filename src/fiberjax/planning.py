@@ -56,11 +56,11 @@ def _density_rule(found: _Search, scene: Scene, kept: Model) -> tuple[Rule, floa
     def on(asked):
         @cache
         def expected():
-            return measured.densities(kept, asked.sample)
+            return measured.densities(kept, scene.strategy, asked.sample)
 
         def measure(k):
-            error = measured.density_error(kept, k, asked.sample, expected())
-            return np.atleast_1d(error)
+            what = scene.strategy, k, asked.sample, expected()
+            return np.atleast_1d(measured.density_error(kept, *what))
 
         return Search(measure)
 

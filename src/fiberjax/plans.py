@@ -19,9 +19,8 @@ from fiberjax.fiber import Fiber, cast
 from fiberjax.model import Model
 from fiberjax.planned import as_data, from_data
 from fiberjax.rules import Rule
-from fiberjax.sampling import GRADIENTS, Sample, sample_model
+from fiberjax.sampling import GRADIENTS, Sample, clamped, sample_model
 from fiberjax.scenes import Scene
-from fiberjax.selection import DEFAULT_STRATEGY
 from fiberjax.table import replace
 
 FORMAT = 1
@@ -86,7 +85,7 @@ class Plan:
             self.model.detector,
             self.model.incidence,
         )
-        return _pdf(model, fiber, *angles)
+        return _pdf(model, self.scene.strategy, fiber, *angles)
 
     def sample(
         self,
@@ -95,12 +94,15 @@ class Plan:
         u: Reals,
         *,
         gradient: str = "reparameterized",
+        clamp: float | None = None,
     ) -> Sample:
         """`fiberjax.sample` of the lobes that are kept; errors as in `evaluate`."""
         choice("gradient", gradient, GRADIENTS)
         last_axis(5, u=u)
+        clamp = clamped(clamp)
         fiber, (theta_i, u) = self._prepare(fiber, theta_i, u)
-        return _sample(self.model, gradient, fiber, theta_i, u)
+        what = self.model, self.scene.strategy, gradient
+        return _sample(*what, fiber, theta_i, u, clamp)
 
     def albedo(self, fiber: Fiber, theta_i: Reals) -> Floats:
         """`fiberjax.albedo` to the tolerance times itself; errors as in `evaluate`."""
@@ -223,14 +225,8 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
 _evaluate = jax.jit(evaluate_model, static_argnames="model")
 
 
-@partial(jax.jit, static_argnames="model")
-def _pdf(model: Model, fiber: Fiber, theta_i, theta_o, phi) -> Floats:
-    return pdf_model(model, DEFAULT_STRATEGY, fiber, theta_i, theta_o, phi)
-
-
-@partial(jax.jit, static_argnames=("model", "gradient"))
-def _sample(model: Model, gradient, fiber: Fiber, theta_i, u) -> Sample:
-    return sample_model(model, DEFAULT_STRATEGY, gradient, fiber, theta_i, u, None)
+_pdf = jax.jit(pdf_model, static_argnames=("model", "strategy"))
+_sample = jax.jit(sample_model, static_argnames=("model", "strategy", "gradient"))
 
 
 @partial(jax.jit, static_argnames="model")

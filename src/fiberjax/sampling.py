@@ -48,8 +48,10 @@ def _ratio(x: Floats) -> Floats:
     return x / jax.lax.stop_gradient(x)
 
 
-def _bound(clamp: Any) -> float:
-    """The clamp as a number; ValueError unless it is one above 0."""
+def clamped(clamp: Any) -> float | None:
+    """The clamp as a number, or None; ValueError unless it is one above 0."""
+    if clamp is None:
+        return None
     try:
         bound = float(clamp)
     except (TypeError, ValueError) as error:  # tracers raise it too
@@ -196,7 +198,7 @@ def sample(
     choice("strategy", strategy, STRATEGIES)
     choice("gradient", gradient, GRADIENTS)
     last_axis(5, u=u)
-    clamp = None if clamp is None else _bound(clamp)
+    clamp = clamped(clamp)
     theta_i, u = floats((theta_i,), (u,))
     fiber = cast(fiber, theta_i.dtype)
     return _sample(model, strategy, gradient, fiber, theta_i, u, clamp)

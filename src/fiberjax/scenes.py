@@ -11,6 +11,7 @@ from fiberjax.detectors import DETECTORS
 from fiberjax.fiber import DOMAINS, MAY_MISS, MAY_TOUCH, PER_LOBE, Fiber
 from fiberjax.model import INCIDENCES
 from fiberjax.ranges import Interval, Range, covers, interval
+from fiberjax.selection import DEFAULT_STRATEGY, STRATEGIES
 
 ANGLES = {
     "theta_i": (-np.pi / 2, np.pi / 2),
@@ -48,6 +49,7 @@ class Scene:
         dtype: "float32" or "float64", of the angles.
         widths_m, widths_n, tilts: factors for lobes 0, 1, ..., as in `Fiber`.
         detector, incidence: of the model, as in `evaluate`.
+        strategy: of `pdf` and `sample`.
 
     Raises:
         ValueError: naming the argument, the value and what is allowed.
@@ -68,6 +70,7 @@ class Scene:
     tilts: tuple[float, ...] = (2.0, -1.0, -4.0, 0.0)
     detector: str = "normal"
     incidence: str = "theta_d"
+    strategy: str = DEFAULT_STRATEGY
 
     def __post_init__(self):
         def put(name, value):
@@ -98,6 +101,7 @@ class Scene:
             put(name, tuple(factors.astype(float).tolist()))
         choice("detector", self.detector, tuple(DETECTORS))
         choice("incidence", self.incidence, INCIDENCES)
+        choice("strategy", self.strategy, STRATEGIES)
 
     @classmethod
     def of(cls, fibers: Fiber, **rest: Any) -> "Scene":
