@@ -133,10 +133,10 @@ def tabulate(
         raise ValueError(f"tolerance = {tolerance}: must lie in (0, 1)")
     if kind not in (np.float16, np.float32):
         raise ValueError(f"dtype = {kind}: must be float16 or float32")
-    real = jnp.result_type(float)
-    points = np.dtype(real if given is None else given)
-    if points not in (np.float32, real):
-        raise ValueError(f"given = {points}: must be float32 or {real}, as JAX has it")
+    points = np.dtype(jnp.result_type(float) if given is None else given)
+    allowed = sorted({"float32", jnp.result_type(float).name})
+    if points.name not in allowed:
+        raise ValueError(f"given = {points}: must be {' or '.join(allowed)}")
     chunk = lobe_number("chunk", chunk, lowest=1)
     each = min(1025, round(min(_FIRST, entries) ** (1 / len(ranges))))
     spec = {"tolerance": float(tolerance), "dtype": kind.name, "given": points.name}
