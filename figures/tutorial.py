@@ -2,7 +2,7 @@
 
 describe      black to brown hair, seen from everywhere, for a film: an error of 1e-3
 plan          what is left out, with the bound of each omission and what it saves
-evaluate      as fiberjax.evaluate, and against it
+evaluate      as fiberjax.evaluate, and against it, by the rule for that roughness
 differentiate how S changes with absorption and roughness, by reverse mode
 bake          the plan as a table for a renderer that looks up
 compare       all of them, and what each is off by
@@ -86,12 +86,13 @@ def draw():
     print(planned)
 
     progress("evaluate")
-    exact = fj.evaluate(fiber, THETA_I, THETA_O, phi)
+    full = partial(fj.evaluate, rule=fj.auto(1e-12, *scene.ends("beta_n")))
+    exact = full(fiber, THETA_I, THETA_O, phi)
     found = planned.evaluate(fiber, THETA_I, THETA_O, phi)
 
     progress("differentiate")
     by_absorption, by_width = slopes(planned.evaluate, fiber, phi)
-    exactly = slopes(fj.evaluate, fiber, phi)
+    exactly = slopes(full, fiber, phi)
 
     progress("bake")
     table = bake(planned, fiber)
@@ -116,7 +117,7 @@ def draw():
     derivatives.set_ylabel("derivative of the mean")
     derivatives.legend()
     title(derivatives, "b", "derivatives")
-    peak = float(fj.evaluate(fiber, THETA_I, jnp.linspace(-1, 1, 99), 0.0).max())
+    peak = float(full(fiber, THETA_I, jnp.linspace(-1, 1, 99), 0.0).max())
     scale = jnp.maximum(exact.max(0), peak)
     for value, promised, color, label in (
         (found, scene.tolerance, BLUE, "plan"),

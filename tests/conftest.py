@@ -1,5 +1,6 @@
 """Strict settings for every test: float64, and no silent promotion of dtypes."""
 
+import re
 from pathlib import Path
 
 import jax
@@ -10,6 +11,11 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 MAPS = Path("/proc/self/maps")
 MANY = 20_000
+
+
+def pytest_collection_modifyitems(items):
+    """Scripts that are run again first: the longest, which would end alone."""
+    items.sort(key=lambda item: not re.search("_rerun|_refit|_runs", item.name))
 
 
 @pytest.fixture(autouse=True)

@@ -314,8 +314,6 @@ def test_a_scene_unlike_the_others():
     for seed, drawn in product((1, 2), (at_the_ends, cases.inside)):
         fiber, angles = drawn(scene, 256, seed)
         assert cases.achieved(found.evaluate, scene, fiber, angles) < 1e-3
-        slope = slopes(found.evaluate, fiber, angles)
-        assert all(bool(jnp.isfinite(x).all()) for x in slope)
 
 
 def test_a_plan_in_blocks_and_baked():
