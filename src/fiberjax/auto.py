@@ -134,6 +134,7 @@ class Auto(Rule):
             )
 
     def average(self, weight, section):
+        # No detector is in an average.
         return self._graded(section.cos.dtype, 1.0).average(weight, section)
 
     def convolve(self, seen, weights, phi, section, detector):

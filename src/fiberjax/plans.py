@@ -184,29 +184,30 @@ class Plan:
         try:
             found = json.loads(Path(path).read_text())
             written = found["format"]
+            if written == FORMAT:
+                return cls._of(found)
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"path = {path}: must be the file of a plan") from error
-        if written != FORMAT:
-            raise ValueError(
-                f"path = {path}: has format {written}, must have {FORMAT}; "
-                "plan the scene again"
-            )
-        try:
-            scene = Scene.from_dict(found["scene"])
-            along = found["along"]
-            model = Model(
-                tuple(found["lobes"]),
-                found["rest"],
-                from_data(found["rule"]),
-                scene.detector,
-                scene.incidence,
-                None if along is None else Along(**along),
-            )
-            rows = tuple(Row(**row) for row in found["rows"])
-            rest = found["albedo_bound"], found["pdf_bound"]
-            return cls(scene, model, from_data(found["density"]), rows, *rest)
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"path = {path}: must be the file of a plan") from error
+        raise ValueError(
+            f"path = {path}: has format {written}, must have {FORMAT}; plan the scene "
+            "again"
+        )
+
+    @classmethod
+    def _of(cls, found: dict[str, Any]) -> "Plan":
+        """The plan that JSON has."""
+        scene, along = Scene.from_dict(found["scene"]), found["along"]
+        model = Model(
+            tuple(found["lobes"]),
+            found["rest"],
+            from_data(found["rule"]),
+            scene.detector,
+            scene.incidence,
+            None if along is None else Along(**along),
+        )
+        rows = tuple(Row(**row) for row in found["rows"])
+        rest = found["albedo_bound"], found["pdf_bound"]
+        return cls(scene, model, from_data(found["density"]), rows, *rest)
 
 
 def _cells(row: dict[str, Any]) -> Sequence[str]:
