@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -122,7 +123,7 @@ def spirv(language: str, text: str, directory: Path) -> bytes:
 def device() -> Any:
     """A Vulkan device; skips the test with the reason if there is none."""
     try:
-        import wgpu
+        wgpu: Any = import_module("wgpu")
     except ImportError:
         absent("no wgpu: pip install '.[shader]'")
     os.environ.setdefault("XDG_RUNTIME_DIR", "/tmp")
